@@ -36,7 +36,7 @@
 #  define KR_C(x) ((KR_REAL)(x))
 
 /* Writes cos(x) - 1 to *c and sin(x)/x to *s, for z = x^2. */
-static inline void KR_F(kr_step_sinc)(KR_REAL z, KR_REAL *c, KR_REAL *s)
+static inline void KR_F(kr_step_cosm1_sinc)(KR_REAL z, KR_REAL *c, KR_REAL *s)
 {
     const KR_REAL z2 = z * z, z4 = z2 * z2, x = z > KR_C(0.61) ? KR_F(sqrt)(z) : KR_C(0);
     *c = (z2 * (KR_C(1.0 / 24) - z * KR_C(1.0 / 720)) - z * KR_C(0.5)) +
@@ -62,7 +62,7 @@ static inline void KR_F(kr_step_rotate)(const KR_REAL q[4], KR_REAL sign, const 
     out[2] = v[2] + (q[0] * c + (x * b - y * a));
 }
 /* Adds the product p q to `out`. */
-static inline void KR_F(kr_step_multiply)(const KR_REAL p[4], const KR_REAL q[4], KR_REAL out[4])
+static inline void KR_F(kr_step_add_product)(const KR_REAL p[4], const KR_REAL q[4], KR_REAL out[4])
 {
     out[0] += p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3];
     out[1] += p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2];
@@ -77,7 +77,7 @@ static inline void KR_F(kr_step_turn)(int i, KR_REAL rate, KR_REAL M[3], KR_REAL
     const KR_REAL half = rate * M[i], y = M[j], z = M[k], a = r[0], b = r[1 + i], p = r[1 + j],
                   q = r[1 + k];
     KR_REAL c, s;
-    KR_F(kr_step_sinc)(half * half, &c, &s);
+    KR_F(kr_step_cosm1_sinc)(half * half, &c, &s);
     s *= half;
     const KR_REAL turn = KR_C(2) * (s + s * c), back = KR_C(2) * s * s;
     M[j] = y + (turn * z - back * y);
@@ -115,11 +115,11 @@ KR_STEP_API void KR_F(kr_step)(const KR_REAL moments[3], KR_REAL q[4], KR_REAL m
         if (B != N) KR_F(kr_step_turn)(0, KR_C(0.5) * (part[i] + part[i + 1]) * n, M, r);
     }
     for (int i = 0; i < 3; i++) v[i] *= h / B;
-    KR_F(kr_step_sinc)(KR_C(0.25) * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]), &e[0], &sinc);
+    KR_F(kr_step_cosm1_sinc)(KR_C(0.25) * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]), &e[0], &sinc);
     for (int i = 0; i < 3; i++) e[1 + i] = KR_C(0.5) * sinc * v[i];
-    KR_F(kr_step_multiply)(e, p, change);
+    KR_F(kr_step_add_product)(e, p, change);
     for (int i = 0; i < 4; i++) e[i] = p[i] + change[i];
-    KR_F(kr_step_multiply)(e, r, change);
+    KR_F(kr_step_add_product)(e, r, change);
     const KR_REAL norm = p[0] * p[0] + (p[1] * p[1] + p[2] * p[2] + p[3] * p[3]);
     for (int i = 0; i < 4; i++) /* with a step of Newton's method for |q| = 1 */
         p[i] += change[i] + KR_C(0.5) * (KR_C(1) - norm) * (p[i] + change[i]);

@@ -53,7 +53,7 @@ typedef struct kr_motion {
     double gradient;
 } kr_motion;
 /* Returns the double-double body of a motion with up to 16 digits. `com` is body_dd.com. */
-static inline body_dd body_dd_of(const kr_motion *motion, kr_vec3 com)
+static inline body_dd make_body_dd(const kr_motion *motion, kr_vec3 com)
 {
     const kr_vec3 I = motion->inertia;
     const vec_dd differences = {two_sum(I.y, -I.z), two_sum(I.z, -I.x), two_sum(I.x, -I.y)};
@@ -201,7 +201,7 @@ static inline kr_vec3 motion_add_rotor(const kr_motion *motion, kr_vec3 M)
     return h.x != 0.0 || h.y != 0.0 || h.z != 0.0 ? v_add(M, h) : M;
 }
 /* Returns the angular velocity in the body frame, given the momentum M in the body frame. */
-static inline kr_vec3 motion_velocity(const kr_motion *motion, kr_vec3 M)
+static inline kr_vec3 motion_body_velocity(const kr_motion *motion, kr_vec3 M)
 {
     return v_over(v_sub(M, motion->rotor), motion->inertia);
 }
@@ -214,7 +214,7 @@ static inline kr_vec3 find_effective_lever(const kr_motion *motion, kr_vec3 P)
 }
 /* Returns the angular velocity of the support, along e1, e2, e3, in the units of the motion, or 0
  * for a support that turns about the vertical (the driver then turns the states). */
-static inline kr_vec3 motion_turning(const kr_motion *motion)
+static inline kr_vec3 motion_support_velocity(const kr_motion *motion)
 {
     const kr_vec3 turning = motion->scene->turning;
     return v_scale(turning.x != 0.0 || turning.y != 0.0 ? motion->time_unit : 0.0, turning);
@@ -222,7 +222,7 @@ static inline kr_vec3 motion_turning(const kr_motion *motion)
 /* Returns the torque of the weight and of the gravity gradient in space, at the attitude q. */
 static inline kr_vec3 motion_torque(const kr_motion *motion, kr_quat q)
 {
-    const kr_vec3 a = q_turn(q, find_effective_lever(motion, q_vertical(q)));
+    const kr_vec3 a = q_turn(q, find_effective_lever(motion, q_turn_e3_back(q)));
     return v3(-a.y, a.x, 0.0);
 }
 #endif

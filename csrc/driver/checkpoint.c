@@ -25,9 +25,9 @@ typedef struct event_record {
 typedef char saved_event_has_no_gaps[sizeof(event_record) == 40 ? 1 : -1];
 typedef char term_has_no_gaps[sizeof(kr_term) == 16 ? 1 : -1];
 
-static int motion_count(const kr_top *top) { return top->method->at ? 1 : 2; }
-static size_t work_size(const kr_top *top) { return top->method->work * sizeof(double); }
-static size_t tangents_size(const kr_top *top)
+static int count_saved_motions(const kr_top *top) { return top->method->at ? 1 : 2; }
+static size_t work_bytes(const kr_top *top) { return top->method->work * sizeof(double); }
+static size_t tangent_bytes(const kr_top *top)
 {
     return kr_tangents_size(top->method, &top->config) * sizeof(double);
 }
@@ -35,10 +35,10 @@ static size_t tangents_size(const kr_top *top)
 /* Returns the header of a checkpoint of `top`, with its checksum set to zero. */
 static checkpoint_header make_header(const kr_top *top)
 {
-    checkpoint_header made = {
-        .what = "kreisel top",
-        .version = KR_VERSION,
-        .layout = {0x0102030405060708, SAVED_BYTES, work_size(top), (uint64_t)motion_count(top)}};
+    checkpoint_header made = {.what = "kreisel top",
+                              .version = KR_VERSION,
+                              .layout = {0x0102030405060708, SAVED_BYTES, work_bytes(top),
+                                         (uint64_t)count_saved_motions(top)}};
     memcpy(made.method, top->method->name, strlen(top->method->name));
     return made;
 }
@@ -66,17 +66,17 @@ static uint64_t checksum_event(const kr_event *event)
 }
 
 /* Returns the size of a checkpoint in bytes, without the records of events. */
-static size_t size_without_events(const kr_top *top)
+static size_t find_event_offset(const kr_top *top)
 {
-    return sizeof(checkpoint_header) + SAVED_BYTES + (size_t)motion_count(top) * work_size(top) +
-           tangents_size(top);
+    return sizeof(checkpoint_header) + SAVED_BYTES +
+           (size_t)count_saved_motions(top) * work_bytes(top) + tangent_bytes(top);
 }
 size_t kr_top_save_size(const kr_top *top)
 {
-    return top ? size_without_events(top) + top->event_count * sizeof(event_record) : 0;
+    return top ? find_event_offset(top) + top->event_count * sizeof(event_record) : 0;
 }
 /* Copies the pointers of `from` to `to`, or sets them to NULL if `from` is NULL. */
-static void set_pointers(kr_motion *to, const kr_motion *from)
+static void copy_motion_pointers(kr_motion *to, const kr_motion *from)
 {
     to->scene = from ? from->scene : NULL;
     to->body = from ? from->body : NULL;
@@ -94,19 +94,19 @@ kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
     image.method = NULL;
     image.config.poll = NULL;
     image.config.context = NULL;
-    set_pointers(&image.main, NULL);
-    set_pointers(&image.saved, NULL);
-    set_pointers(&image.side, NULL);
+    copy_motion_pointers(&image.main, NULL);
+    copy_motion_pointers(&image.saved, NULL);
+    copy_motion_pointers(&image.side, NULL);
     memcpy(to + sizeof head, &image, SAVED_BYTES);
-    memcpy(work, top->main.work, work_size(top));
-    if (motion_count(top) > 1) memcpy(work + work_size(top), top->saved.work, work_size(top));
+    memcpy(work, top->main.work, work_bytes(top));
+    if (count_saved_motions(top) > 1)
+        memcpy(work + work_bytes(top), top->saved.work, work_bytes(top));
     if (top->tangents)
-        memcpy(to + size_without_events(top) - tangents_size(top), top->tangents,
-               tangents_size(top));
+        memcpy(to + find_event_offset(top) - tangent_bytes(top), top->tangents, tangent_bytes(top));
     for (size_t i = 0; i < top->event_count; i++) {
         const event_record saved = {kr_event_load_search(&top->events[i]),
                                     checksum_event(&top->events[i])};
-        memcpy(to + size_without_events(top) + i * sizeof saved, &saved, sizeof saved);
+        memcpy(to + find_event_offset(top) + i * sizeof saved, &saved, sizeof saved);
     }
     head.sum = checksum(to + sizeof head, size - sizeof head);
     memcpy(to, &head, sizeof head);
@@ -141,7 +141,7 @@ static int is_valid_motion(const kr_top *top, const kr_motion *motion, const voi
 }
 /* Returns 1 if `image`, a kr_top from a checkpoint, can continue `top`, else 0. `work` points to
  * the work arrays in the checkpoint. */
-static int is_valid_image(const kr_top *top, const kr_top *image, const unsigned char *work)
+static int is_valid_saved_top(const kr_top *top, const kr_top *image, const unsigned char *work)
 {
     const int64_t most = (int64_t)1 << 53;
     if (image->forward != top->forward || kr_scene_check(&image->scene) != KR_OK) return 0;
@@ -151,7 +151,8 @@ static int is_valid_image(const kr_top *top, const kr_top *image, const unsigned
     if (image->steps > image->saved_steps + KR_CHECK)
         return 0; /* a recovery repeats at most KR_CHECK steps */
     if (!is_valid_motion(top, &image->main, work)) return 0;
-    return motion_count(top) < 2 || is_valid_motion(top, &image->saved, work + work_size(top));
+    return count_saved_motions(top) < 2 ||
+           is_valid_motion(top, &image->saved, work + work_bytes(top));
 }
 /* Returns 1 if an event search state is valid for a top that has taken `steps` steps, else 0. */
 static int is_valid_search(const kr_event_search *own, int64_t steps)
@@ -162,7 +163,7 @@ static int is_valid_search(const kr_event_search *own, int64_t steps)
 }
 /* Returns 1 if the event records at `from` belong to the events of `top`, in this order, and are
  * valid after `steps` steps; else 0. If `restore` is nonzero, also restores the search states. */
-static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int restore)
+static int match_events(kr_top *top, int64_t steps, const unsigned char *from, int restore)
 {
     for (size_t i = 0; i < top->event_count; i++, from += sizeof(event_record)) {
         event_record saved;
@@ -175,7 +176,7 @@ static int load_events(kr_top *top, int64_t steps, const unsigned char *from, in
 }
 /* Computes the work array of the main motion from the initial state of `scene`. Returns 1, or 0 if
  * the method rejects this state; the work array is then unchanged. */
-static int rebuild_work(kr_top *top, const kr_scene *scene)
+static int recompute_work(kr_top *top, const kr_scene *scene)
 {
     kr_motion motion = top->main;
     motion.scene = scene;
@@ -195,23 +196,23 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     own.sum = checksum(from + sizeof head, size - sizeof head);
     if (memcmp(&head, &own, sizeof head) != 0 || !has_same_setup(&image, top))
         return KR_ERR_CHECKPOINT;
-    if (!is_valid_image(top, &image, work)) return KR_ERR_CHECKPOINT;
-    if (!load_events(top, image.steps, from + size_without_events(top), 0))
-        return KR_ERR_CHECKPOINT;
-    if (top->method->extra_doubles && !rebuild_work(top, &image.scene)) return KR_ERR_CHECKPOINT;
+    if (!is_valid_saved_top(top, &image, work)) return KR_ERR_CHECKPOINT;
+    if (!match_events(top, image.steps, from + find_event_offset(top), 0)) return KR_ERR_CHECKPOINT;
+    if (top->method->extra_doubles && !recompute_work(top, &image.scene)) return KR_ERR_CHECKPOINT;
     image.method = top->method;
     image.config = top->config;
     image.inspect_at = image.steps; /* so that a changed max_steps takes effect */
-    set_pointers(&image.main, &top->main);
-    set_pointers(&image.saved, &top->saved);
-    set_pointers(&image.side, &top->side);
+    copy_motion_pointers(&image.main, &top->main);
+    copy_motion_pointers(&image.saved, &top->saved);
+    copy_motion_pointers(&image.side, &top->side);
     memcpy(top, &image, SAVED_BYTES);
     top->horizon = kr_top_horizon_of(top, &top->scene);
-    load_events(top, image.steps, from + size_without_events(top), 1);
-    if (!top->method->extra_doubles) memcpy(top->main.work, work, work_size(top));
-    if (motion_count(top) > 1) memcpy(top->saved.work, work + work_size(top), work_size(top));
+    match_events(top, image.steps, from + find_event_offset(top), 1);
+    if (!top->method->extra_doubles) memcpy(top->main.work, work, work_bytes(top));
+    if (count_saved_motions(top) > 1)
+        memcpy(top->saved.work, work + work_bytes(top), work_bytes(top));
     if (top->tangents)
-        memcpy(top->tangents, from + size_without_events(top) - tangents_size(top),
-               tangents_size(top));
+        memcpy(top->tangents, from + find_event_offset(top) - tangent_bytes(top),
+               tangent_bytes(top));
     return KR_OK;
 }

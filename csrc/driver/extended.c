@@ -31,7 +31,8 @@ static vec_dd turn_back_accurately(quat_dd q, vec_dd v)
 }
 /* Returns the change of the vector q* m q, along the principal axes, if `low` is added to q and m
  * of `start`. Without unit norms, the result has the factor |q|^2 |axes|^2 (axes: kr_body.axes). */
-static vec_dd find_low_momentum(const kr_top *top, const kr_state *start, const kr_state *low)
+static vec_dd find_body_momentum_change(const kr_top *top, const kr_state *start,
+                                        const kr_state *low)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
     const quat_dd q = q_dd(start->q, low->q), high = qdd_of(start->q), rest = qdd_of(low->q),
@@ -47,7 +48,7 @@ static vec_dd find_low_momentum(const kr_top *top, const kr_state *start, const 
  * is NULL, the relative error of each component is about one rounding error of double-double
  * arithmetic. The small moment of inertia of a thin rod would amplify errors that are small only
  * relative to the norm. */
-static vec_dd momentum_in_body(const kr_top *top, const kr_state *start, const kr_state *low)
+static vec_dd find_internal_momentum(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_quat axes = top->scene.body.axes;
     const split_vec in_space = split_vec_of(start->m), given = split_turn_back(start->q, &in_space),
@@ -55,15 +56,15 @@ static vec_dd momentum_in_body(const kr_top *top, const kr_state *start, const k
     dd square = qdd_square(low ? q_dd(start->q, low->q) : qdd_of(start->q));
     if (top->is_turned) square = dd_mul(square, qdd_square(qdd_of(axes)));
     vec_dd M = {split_dd(&own, 0), split_dd(&own, 1), split_dd(&own, 2)};
-    if (low) M = vdd_add(M, find_low_momentum(top, start, low));
+    if (low) M = vdd_add(M, find_body_momentum_change(top, start, low));
     M = (vec_dd){dd_div(M.x, square), dd_div(M.y, square), dd_div(M.z, square)};
     return top->is_turned ? turn_back_accurately(top->body.rest, M) : M;
 }
 /* Returns the components along the internal axes of a vector v in the frame of description. */
-static vec_dd vector_in_body(const kr_top *top, kr_vec3 v)
+static vec_dd rotate_to_internal_axes(const kr_top *top, kr_vec3 v)
 {
     const kr_state unturned = {0.0, q_one(), v};
-    return momentum_in_body(top, &unturned, NULL);
+    return find_internal_momentum(top, &unturned, NULL);
 }
 
 /* Returns 1 if the tensor, com and rotor in body->given result in the numbers of `body`, else 0. */
@@ -78,8 +79,8 @@ static int matches_given(const kr_body *body)
 }
 /* Writes to `a` the matrix q* J q / inertia_unit minus the diagonal matrix of `moments`. q is
  * body->axes, of almost unit norm, and J is the inertia tensor in body->given. */
-static void find_tensor_remainder(const kr_body *body, double inertia_unit, const double moments[3],
-                                  dd a[3][3])
+static void find_diagonalization_residual(const kr_body *body, double inertia_unit,
+                                          const double moments[3], dd a[3][3])
 {
     split_vec rows[3], turned[3];
     for (int i = 0; i < 3; i++)
@@ -101,7 +102,7 @@ static void find_tensor_remainder(const kr_body *body, double inertia_unit, cons
  * element (p, p + 1), with indices modulo 3. Updates `a` and the product `rest` of all rotations.
  * Keeping `moments` apart from `a` preserves the digits of small moments and of differences of
  * moments. */
-static void rotate_tensor(const double moments[3], dd a[3][3], quat_dd *rest, int p)
+static void apply_jacobi_rotation_dd(const double moments[3], dd a[3][3], quat_dd *rest, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
     const dd apq = a[p][q], apr = a[p][r], aqr = a[q][r], one = dd_of(1.0), none = dd_of(0.0);
@@ -122,7 +123,7 @@ static void rotate_tensor(const double moments[3], dd a[3][3], quat_dd *rest, in
 /* Corrects the rounded principal axes and moments of a body that was given by a tensor. If two
  * moments are equal, rounding errors alone determine their axes. Such axes are not corrected if
  * results depend on them: with unequal damping or with tangents. */
-static void find_axes(kr_top *top, double inertia_unit)
+static void refine_principal_axes(kr_top *top, double inertia_unit)
 {
     const kr_body *given = &top->scene.body;
     body_dd *body = &top->body;
@@ -130,11 +131,12 @@ static void find_axes(kr_top *top, double inertia_unit)
     dd a[3][3];
     v_put(moments, top->main.inertia);
     v_put(D, top->main.damping);
-    find_tensor_remainder(given, inertia_unit, moments, a);
+    find_diagonalization_residual(given, inertia_unit, moments, a);
     for (int sweep = 0; sweep < TENSOR_SWEEPS; sweep++)
         for (int p = 0; p < 3; p++) {
             const int q = (p + 1) % 3, is_kept = D[p] != D[q] || top->config.tangents;
-            if (moments[p] != moments[q] || !is_kept) rotate_tensor(moments, a, &body->rest, p);
+            if (moments[p] != moments[q] || !is_kept)
+                apply_jacobi_rotation_dd(moments, a, &body->rest, p);
         }
     const dd square = qdd_square(qdd_of(given->axes)),
              per_norm = dd_div(dd_of(1.0), dd_square(square));
@@ -153,15 +155,15 @@ static void set_body(kr_top *top, double inertia_unit)
     const int power = pull.power - ilogb(inertia_unit) + 2 * ilogb(top->time_unit);
     const dd product = two_product(pull.gravity, pull.mass),
              weight = dd_make(ldexp(product.hi, power), ldexp(product.lo, power));
-    top->body = body_dd_of(&top->main, pull.com);
+    top->body = make_body_dd(&top->main, pull.com);
     if (matches_given(body)) {
         const kr_pull given = kr_scene_pull(&top->scene, body->given.com);
-        find_axes(top, inertia_unit);
-        top->body.com =
-            vdd_scale_exactly(ldexp(1.0, given.power - pull.power), vector_in_body(top, given.com));
+        refine_principal_axes(top, inertia_unit);
+        top->body.com = vdd_scale_exactly(ldexp(1.0, given.power - pull.power),
+                                          rotate_to_internal_axes(top, given.com));
         if (kr_body_has_rotor(body))
             top->body.rotor =
-                vector_in_body(top, v_scale(1.0 / top->momentum_unit, body->given.rotor));
+                rotate_to_internal_axes(top, v_scale(1.0 / top->momentum_unit, body->given.rotor));
         top->main.rotor = vdd_high(top->body.rotor);
     }
     top->body.lever = vdd_scale(weight, top->body.com);
@@ -175,7 +177,7 @@ static kr_state state_from_user(kr_top *top, const kr_state *start, const kr_sta
     kr_state scaled = *start, rest = {0};
     scaled.m = v_scale(unit, start->m);
     if (low) rest = (kr_state){0.0, low->q, v_scale(unit, low->m)};
-    const vec_dd M = momentum_in_body(top, &scaled, low ? &rest : NULL);
+    const vec_dd M = find_internal_momentum(top, &scaled, low ? &rest : NULL);
     const kr_state own_low = {0.0, qdd_low(q), vdd_low(M)};
     const kr_state own = {0.0, qdd_high(q), vdd_high(M)};
     top->main.low = own_low;

@@ -20,16 +20,16 @@ static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METH
 /* Returns the upper bound on |t| for requested times: `horizon` or, if the step size is fixed, at
  * most the duration of 2^50 steps. Beyond, the times of two grid points may round to the same
  * double. */
-static double limit_horizon(const kr_top *top, double horizon)
+static double limit_horizon_to_grid(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
 }
 double kr_top_horizon_of(const kr_top *top, const kr_scene *scene)
 {
-    return limit_horizon(top, kr_scene_horizon(scene));
+    return limit_horizon_to_grid(top, kr_scene_horizon(scene));
 }
 /* Returns the error code for a requested time t that is too large. */
-static kr_status horizon_error(const kr_top *top, double t)
+static kr_status find_horizon_error(const kr_top *top, double t)
 {
     if (!isfinite(t)) return KR_ERR_ARGUMENT;
     return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
@@ -47,7 +47,7 @@ static kr_working find_working_axes(const kr_top *top)
  * momentum in space in internal units. If these axes are permuted principal axes, the small tilt of
  * a nearly upright top is the difference of two nearly equal components of q. Therefore, q is then
  * computed in double-double arithmetic, and top->main.low receives the low words of q. */
-static kr_state convert_start(kr_top *top)
+static kr_state find_internal_start(kr_top *top)
 {
     const kr_state *start = &top->scene.start;
     const kr_working working = find_working_axes(top);
@@ -63,7 +63,7 @@ static kr_state convert_start(kr_top *top)
     return own;
 }
 /* Sets the internal axes and units, the body in these units, and the time limit of `top`. */
-static kr_status choose_units(kr_top *top)
+static kr_status set_units_and_body(kr_top *top)
 {
     const kr_working working = find_working_axes(top);
     kr_units own;
@@ -71,7 +71,7 @@ static kr_status choose_units(kr_top *top)
     if (status != KR_OK) return status;
     const double start = fabs(top->scene.start.t),
                  horizon = kr_units_horizon(&own, &top->scene, &working);
-    top->horizon = limit_horizon(top, horizon);
+    top->horizon = limit_horizon_to_grid(top, horizon);
     if (!(start < top->horizon)) return start < horizon ? KR_ERR_STEP : KR_ERR_RESOLUTION;
     top->time_unit = top->method->flags & KR_METHOD_ABSOLUTE ? 1.0 : own.time;
     top->momentum_unit = own.moment / top->time_unit;
@@ -125,25 +125,25 @@ static int is_at_grid_point(const kr_top *top, int64_t k, double t)
            2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
 }
 /* Returns the index of the last grid point at or before t, but at least that of the main motion. */
-static int64_t find_grid_point(const kr_top *top, double t)
+static int64_t find_grid_point_before(const kr_top *top, double t)
 {
     const int64_t k = (int64_t)((t - top->scene.start.t) / top->config.step + 0.5);
     if (k <= top->steps) return top->steps;
     return k - (!is_at_grid_point(top, k, t) && top->forward * (grid_time(top, k) - t) > 0.0);
 }
 /* Computes the state at time t with a fixed-step method, in internal units. */
-static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
+static kr_status find_state_by_fixed_steps(kr_top *top, double t, kr_state *state)
 {
-    const int64_t point = find_grid_point(top, t);
+    const int64_t point = find_grid_point_before(top, t);
     const kr_status status = kr_steps_to_grid(top, point, state);
     if (status != KR_OK || is_at_grid_point(top, point, t)) return status;
     return kr_steps_off_grid(top, state, (t - grid_time(top, point)) / top->time_unit, state);
 }
 /* Computes the state at time t with an adaptive method, in internal units. */
-static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
+static kr_status find_state_by_adaptive_steps(kr_top *top, double t, kr_state *state)
 {
     const int dense = top->method->at != NULL;
-    const double goal = time_since_start(top, t);
+    const double goal = internal_time(top, t);
     while (top->forward * (goal - top->main.clock) > 0.0) {
         const kr_status status = dense ? kr_steps_dense(top, goal) : kr_steps_adaptive(top);
         if (status != KR_OK) return status;
@@ -165,7 +165,7 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
 {
     const int adaptive = is_adaptive(top);
     kr_status status;
-    if (!(fabs(t) < top->horizon)) return horizon_error(top, t);
+    if (!(fabs(t) < top->horizon)) return find_horizon_error(top, t);
     /* Usually, t is the next point of the time grid, and no further checks are needed. */
     if (!adaptive && t == grid_time(top, top->steps + 1)) {
         status = kr_steps_to_grid(top, top->steps + 1, state);
@@ -175,7 +175,8 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
             *state = top->scene.start;
             return KR_OK;
         }
-        status = adaptive ? find_adaptive_state(top, t, state) : find_fixed_state(top, t, state);
+        status = adaptive ? find_state_by_adaptive_steps(top, t, state)
+                          : find_state_by_fixed_steps(top, t, state);
     }
     if (status != KR_OK) return status;
     if (!convert_to_user(top, t, state))
@@ -191,20 +192,20 @@ static double find_step_end(const kr_top *top)
 }
 /* Returns the time of the end of the last step or, if its rounded value lies beyond the end, the
  * next double towards the initial time. */
-static double find_rounded_step_end(const kr_top *top)
+static double find_step_end_rounded_inward(const kr_top *top)
 {
     const double at = find_step_end(top);
-    if (!is_adaptive(top) || !(top->forward * (time_since_start(top, at) - top->main.clock) > 0.0))
+    if (!is_adaptive(top) || !(top->forward * (internal_time(top, at) - top->main.clock) > 0.0))
         return at;
     return nextafter(at, top->scene.start.t);
 }
 kr_status kr_top_sync(kr_top *top, double t)
 {
-    const double at = find_rounded_step_end(top);
+    const double at = find_step_end_rounded_inward(top);
     kr_state state;
     if (!(top->forward * (at - top->requested) > 0.0 && top->forward * (t - at) >= 0.0))
         return KR_OK;
-    if (is_adaptive(top) && !(top->forward * (time_since_start(top, at) - top->before_clock) > 0.0))
+    if (is_adaptive(top) && !(top->forward * (internal_time(top, at) - top->before_clock) > 0.0))
         return KR_OK;
     top->main.low = (kr_state){0};
     if (top->method->at)
@@ -225,7 +226,7 @@ static size_t count_work_doubles(const kr_method *method)
 enum { ALL_TANGENTS = 0 KR_TANGENT_LIST(X) };
 #undef X
 /* Returns KR_OK if the numbers in a configuration are valid for some method. */
-static kr_status check_numbers(const kr_config *config)
+static kr_status check_config_numbers(const kr_config *config)
 {
     const int digits = config->digits;
     if (!isfinite(config->step) || !(config->tol >= 0.0 && config->tol < 1.0))
@@ -254,14 +255,14 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
                               const kr_config *config)
 {
     const double step = config->step, start = scene->start.t;
-    kr_status status = method->reset ? check_numbers(config) : KR_ERR_NOT_BUILT;
+    kr_status status = method->reset ? check_config_numbers(config) : KR_ERR_NOT_BUILT;
     if (status == KR_OK) status = check_options(method, config);
     if (status != KR_OK) return status;
     if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
     status = kr_refusal_by_method(method, scene);
     if (status != KR_OK) return status;
     /* On a rotating support, the motion depends on the heading (the angle about the vertical). */
-    if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
+    if (config->skip_heading && kr_support_turns(scene)) return KR_ERR_OPTION;
     /* The derivative by friction does not exist if friction is 0. The derivative by com does not
      * exist if com is 0 and friction is not. */
     const uint64_t missing = !(scene->friction > 0.0)           ? KR_TANGENT_FRICTION
@@ -277,8 +278,8 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
 }
 /* Initializes a top from a scene, method and configuration that are valid together. The work arrays
  * of `top` are already assigned. `low` has the low words of the initial state, or is NULL. */
-static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *low,
-                           const kr_method *method, const kr_config *config)
+static kr_status initialize_top(kr_top *top, const kr_scene *scene, const kr_state *low,
+                                const kr_method *method, const kr_config *config)
 {
     const int digits = config->digits;
     top->scene = *scene;
@@ -287,14 +288,14 @@ static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *l
     top->forward = config->step < 0.0 ? -1.0 : 1.0;
     top->main.digits = digits <= 0 ? 0 : digits <= 16 ? 16 : digits <= 20 ? 20 : 30;
     top->main.skip_heading = config->skip_heading;
-    top->is_carried = kr_scene_turns_about_vertical(scene) && !method->supports;
+    top->is_carried = kr_support_turns_about_vertical(scene) && !method->supports;
     top->now = scene->start;
     top->requested = scene->start.t;
-    const kr_status status = choose_units(top);
+    const kr_status status = set_units_and_body(top);
     if (status != KR_OK) return status;
     const kr_state own = has_extended_digits(top)
                              ? method->extended->from_user(top, &scene->start, low)
-                             : convert_start(top);
+                             : find_internal_start(top);
     if (low && has_extended_digits(top)) top->low = *low;
     return method->reset(&top->main, &own);
 }
@@ -320,7 +321,7 @@ kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t 
     *top = made;
     return KR_OK;
 }
-static size_t count_extra(const kr_method *method, const kr_scene *scene)
+static size_t count_extra_memory(const kr_method *method, const kr_scene *scene)
 {
     return method->extra_doubles ? method->extra_doubles(scene) : 0;
 }
@@ -331,9 +332,10 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     kr_status status = kr_scene_check(scene);
     if (status == KR_OK && !method) status = KR_ERR_NO_METHOD;
     if (status == KR_OK) status = out ? check_config(scene, method, &config) : KR_ERR_ARGUMENT;
-    if (status == KR_OK) status = kr_top_alloc(method, &config, count_extra(method, scene), &top);
+    if (status == KR_OK)
+        status = kr_top_alloc(method, &config, count_extra_memory(method, scene), &top);
     if (status != KR_OK) return status;
-    status = start_top(top, scene, NULL, method, &config);
+    status = initialize_top(top, scene, NULL, method, &config);
     if (status == KR_OK) {
         kr_steps_save(top);
         kr_tangents_begin(top);
@@ -380,7 +382,8 @@ kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
     kr_motion *spare = top->method->at ? &top->main : &top->side;
     kr_status status = kr_scene_check(scene);
     if (status == KR_OK) status = check_config(scene, top->method, config);
-    if (status == KR_OK && count_extra(top->method, scene) > top->extra) status = KR_ERR_MEMORY;
+    if (status == KR_OK && count_extra_memory(top->method, scene) > top->extra)
+        status = KR_ERR_MEMORY;
     if (status != KR_OK) return status;
     kr_top begun = {.events = top->events,
                     .event_count = top->event_count,
@@ -388,7 +391,7 @@ kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
                     .extra = top->extra};
     begun.main.work = spare->work;
     begun.main.aux = spare->aux;
-    status = start_top(&begun, scene, low, top->method, config);
+    status = initialize_top(&begun, scene, low, top->method, config);
     if (status == KR_OK)
         replace_top(top, &begun);
     else
@@ -424,15 +427,15 @@ kr_status kr_top_advance(kr_top *top, double t)
 /* Writes the states at t[0], t[1], ... to `out`, at most n, by one call of kr_method.at_times.
  * Stops before a time that does not follow the preceding one. Returns the number of states; 0: the
  * caller must compute the first state alone. If a step fails, writes its error code to `status`. */
-static size_t record_together(kr_top *top, size_t n, const double t[], kr_state out[],
-                              kr_status *status)
+static size_t record_batch(kr_top *top, size_t n, const double t[], kr_state out[],
+                           kr_status *status)
 {
     double clock[STATES_TOGETHER], last = top->main.clock;
     kr_state piece[STATES_TOGETHER];
     size_t count = 0, done = 0;
     if (!top->method->at_times) return 0;
     for (; count < n && count < STATES_TOGETHER && fabs(t[count]) < top->horizon; count++) {
-        clock[count] = time_since_start(top, t[count]);
+        clock[count] = internal_time(top, t[count]);
         if (!(top->forward * (clock[count] - last) > 0.0)) break;
         last = clock[count];
     }
@@ -452,7 +455,7 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
     kr_status status = top && (!n || (t && out)) ? KR_OK : KR_ERR_ARGUMENT;
     size_t i = 0;
     while (i < n && status == KR_OK) {
-        size_t found = record_together(top, n - i, t + i, out + i, &status);
+        size_t found = record_batch(top, n - i, t + i, out + i, &status);
         if (status == KR_OK && found == 0) {
             const kr_state before = out[i];
             status = i % STATES_PER_CHECK == STATES_PER_CHECK - 1 && kr_steps_poll(top)
@@ -476,7 +479,7 @@ static kr_status step_adaptive(kr_top *top)
 {
     const double end = top->forward * INFINITY, requested = top->requested;
     kr_status status = KR_OK;
-    if (!(top->forward * (find_rounded_step_end(top) - requested) > 0.0))
+    if (!(top->forward * (find_step_end_rounded_inward(top) - requested) > 0.0))
         status = top->method->at ? kr_steps_dense(top, end) : kr_steps_adaptive(top);
     if (status == KR_OK && !(fabs(find_step_end(top)) < top->horizon)) return KR_ERR_STEP;
     const kr_status up = kr_top_sync(top, end);

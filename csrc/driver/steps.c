@@ -14,7 +14,7 @@ static int is_good_state(const kr_top *top, const kr_state *state)
 {
     return kr_state_is_good(state->q, v_scale(top->momentum_unit, state->m));
 }
-static int is_main_good(const kr_top *top)
+static int is_main_motion_valid(const kr_top *top)
 {
     kr_state state = {0}; /* zeros are invalid, in case the method writes nothing */
     top->method->read(&top->main, &state);
@@ -43,7 +43,7 @@ void kr_steps_save(kr_top *top)
     schedule_inspection(top);
 }
 /* Restores the saved motion, but keeps the counts of evaluations, rejected steps and iterations. */
-static void restore_saved(kr_top *top)
+static void restore_saved_motion(kr_top *top)
 {
     const kr_stats spent = top->main.stats;
     copy_motion(&top->main, &top->saved, top->method->work);
@@ -51,7 +51,7 @@ static void restore_saved(kr_top *top)
     top->steps = top->saved_steps;
     schedule_inspection(top);
 }
-static kr_status step_main(kr_top *top, double until)
+static kr_status step_main_motion(kr_top *top, double until)
 {
     const kr_status status = top->method->step(&top->main, until);
     if (status == KR_OK) top->steps++;
@@ -62,20 +62,20 @@ kr_status kr_steps_recover(kr_top *top)
     const int64_t failed = top->steps + 1;
     kr_status status = KR_OK;
     int64_t good = top->saved_steps;
-    restore_saved(top);
+    restore_saved_motion(top);
     while (top->steps < failed && status == KR_OK) {
-        status = step_main(top, 0.0); /* fixed-step methods ignore `until` */
-        if (status == KR_OK && !is_main_good(top)) status = KR_ERR_NOT_FINITE;
+        status = step_main_motion(top, 0.0); /* fixed-step methods ignore `until` */
+        if (status == KR_OK && !is_main_motion_valid(top)) status = KR_ERR_NOT_FINITE;
         if (status == KR_OK) good = top->steps;
     }
-    restore_saved(top);
-    while (top->steps < good) step_main(top, 0.0);
+    restore_saved_motion(top);
+    while (top->steps < good) step_main_motion(top, 0.0);
     return status == KR_OK ? KR_ERR_NOT_FINITE : status;
 }
 int kr_steps_poll(kr_top *top) { return top->config.poll && top->config.poll(top->config.context); }
 /* Calls the user's `poll`. Returns KR_OK, or KR_ERR_INTERRUPTED or KR_ERR_LIMIT if the computation
  * must stop after `steps` steps. */
-static kr_status check_limits(kr_top *top, int64_t steps)
+static kr_status poll_and_check_limit(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
@@ -83,37 +83,37 @@ static kr_status check_limits(kr_top *top, int64_t steps)
 }
 /* Checks the main motion, saves it for recovery, and checks the step limit. If the motion is
  * invalid, restores its last valid state and returns an error code. */
-static kr_status inspect_main(kr_top *top)
+static kr_status save_valid_main(kr_top *top)
 {
-    if (!is_main_good(top)) return kr_steps_recover(top);
+    if (!is_main_motion_valid(top)) return kr_steps_recover(top);
     kr_steps_save(top);
-    return check_limits(top, top->steps);
+    return poll_and_check_limit(top, top->steps);
 }
 
 kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state)
 {
     while (top->steps < goal) {
-        const kr_status status = top->steps >= top->inspect_at ? inspect_main(top) : KR_OK;
+        const kr_status status = top->steps >= top->inspect_at ? save_valid_main(top) : KR_OK;
         if (status != KR_OK) return status;
-        if (step_main(top, 0.0) != KR_OK) return kr_steps_recover(top);
+        if (step_main_motion(top, 0.0) != KR_OK) return kr_steps_recover(top);
     }
     top->method->read(&top->main, state);
     return KR_OK;
 }
 kr_status kr_steps_adaptive(kr_top *top)
 {
-    kr_status status = inspect_main(top);
+    kr_status status = save_valid_main(top);
     if (status != KR_OK) return status;
     const double clock = top->main.clock;
     kr_state before = {0};
     top->method->read(&top->main, &before);
-    status = step_main(top, top->forward * INFINITY);
-    if (status == KR_OK && !is_main_good(top)) status = KR_ERR_NOT_FINITE;
+    status = step_main_motion(top, top->forward * INFINITY);
+    if (status == KR_OK && !is_main_motion_valid(top)) status = KR_ERR_NOT_FINITE;
     if (status == KR_OK) {
         top->before = before;
         top->before_clock = clock;
     } else
-        restore_saved(top);
+        restore_saved_motion(top);
     return status;
 }
 kr_status kr_steps_dense(kr_top *top, double until)
@@ -121,11 +121,11 @@ kr_status kr_steps_dense(kr_top *top, double until)
     kr_status status = KR_OK;
     if (top->steps >= top->inspect_at) {
         kr_steps_save(top);
-        status = check_limits(top, top->steps);
+        status = poll_and_check_limit(top, top->steps);
     }
     if (status != KR_OK) return status;
     const double clock = top->main.clock;
-    status = step_main(top, until);
+    status = step_main_motion(top, until);
     if (status != KR_OK) return status;
     top->before_clock = clock;
     return kr_tangents_advance(top);
@@ -144,7 +144,7 @@ static kr_status run_side_motion(kr_top *top, const kr_state *from, double span)
     if (status == KR_OK) status = method->step(side, span);
     for (int64_t n = 1;
          status == KR_OK && method->flags & KR_METHOD_ADAPTIVE && side->clock != span; n++) {
-        status = check_limits(top, n);
+        status = poll_and_check_limit(top, n);
         if (status == KR_OK) status = n < SIDE_STEPS_MAX ? method->step(side, span) : KR_ERR_LIMIT;
     }
     return status;
@@ -154,7 +154,7 @@ kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_s
     const kr_stats *spent = &top->side.stats;
     kr_stats *total = &top->main.stats;
     kr_state state;
-    kr_status status = top->steps >= top->inspect_at ? inspect_main(top) : KR_OK;
+    kr_status status = top->steps >= top->inspect_at ? save_valid_main(top) : KR_OK;
     if (status != KR_OK) return status;
     /* A zero quaternion would be treated as the identity, so invalid states are rejected here. */
     if (!is_good_state(top, from)) return kr_steps_recover(top);
@@ -169,7 +169,7 @@ kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_s
     }
     if (status == KR_OK)
         *end = state;
-    else if (!is_main_good(top)) /* the main motion may have failed first */
+    else if (!is_main_motion_valid(top)) /* the main motion may have failed first */
         status = kr_steps_recover(top);
     return status;
 }

@@ -99,7 +99,7 @@ static void add_support_seeds(seed_list *to, const kr_top *top, uint64_t flags)
             add_lever_seed(to, dd_of(0.0), top->scene.body.mass, find_internal_com(top),
                            timings[i]);
 }
-static void list_all_seeds(seed_list *to, const kr_top *top)
+static void fill_seed_list(seed_list *to, const kr_top *top)
 {
     const uint64_t by = top->config.tangents;
     const double g = top->scene.gravity, mass = top->scene.body.mass;
@@ -122,7 +122,7 @@ static void list_all_seeds(seed_list *to, const kr_top *top)
 void kr_tangents_start(kr_top *top)
 {
     seed_list to;
-    list_all_seeds(&to, top);
+    fill_seed_list(&to, top);
     top->method->tangents->begin(&top->main, top->tangents,
                                  kr_tangent_columns(top->config.tangents), to.seeds);
 }
@@ -153,8 +153,8 @@ static void write_parameter_units(const kr_top *top, double unit[KR_TANGENT_COLU
 /* Writes column `from` of a tangent matrix of n columns in the user's frame and units, with the
  * unit of its parameter: high words to out[0], out[n], ... and low words to `low`. With more than
  * 16 digits, `axes` (kr_extended_axes) rotates the column into the user's frame, else top->axes. */
-static void write_column(const kr_top *top, quat_dd axes, const kr_deviation *from, double unit,
-                         size_t n, double *out, double *low)
+static void write_tangent_column(const kr_top *top, quat_dd axes, const kr_deviation *from,
+                                 double unit, size_t n, double *out, double *low)
 {
     vec_dd turn = from->turn;
     if (top->is_turned && top->main.digits > 16)
@@ -182,7 +182,7 @@ kr_status kr_top_tangents(kr_top *top, double out[], double low[])
     top->method->tangents->evaluate(&top->main, state.q, top->tangents, n, came);
     write_parameter_units(top, unit);
     for (size_t i = 0; i < n; i++)
-        write_column(top, axes, &came[i], unit[i], n, high + i, rest + i);
+        write_tangent_column(top, axes, &came[i], unit[i], n, high + i, rest + i);
     for (size_t i = 0; i < 6 * n; i++)
         if (!isfinite(high[i] + rest[i])) return KR_ERR_TANGENT;
     memcpy(out, high, 6 * n * sizeof *out);

@@ -129,7 +129,7 @@ int kr_steps_poll(kr_top *top);
 /* Saves the motion for recovery after a failure. */
 void kr_steps_save(kr_top *top);
 /* Returns the time from the start to the user's time t, in internal units. */
-static inline double time_since_start(const kr_top *top, double t)
+static inline double internal_time(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
@@ -138,6 +138,6 @@ static inline double time_since_start(const kr_top *top, double t)
 static inline void kr_top_evaluate(kr_top *top, double t, kr_state *state)
 {
     top->main.low.t = two_sum(t, -top->scene.start.t).lo / top->time_unit;
-    top->method->at(&top->main, time_since_start(top, t), state);
+    top->method->at(&top->main, internal_time(top, t), state);
 }
 #endif

@@ -33,8 +33,8 @@ static int are_times_valid(const kr_config *config, const kr_tops *tops, size_t 
     return plain;
 }
 /* Stores n states of the top in `slot`, or those before an invalid one. Returns their number. */
-static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators, size_t n,
-                           kr_state states[])
+static size_t store_valid_states(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators,
+                                 size_t n, kr_state states[])
 {
     const kr_state *start = &worker->tops->scenes[slot->top].start;
     size_t k = 0;
@@ -47,7 +47,7 @@ static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
 }
 /* Stores the states of top i and its outcome. If `plan` is NULL, tops->states already contains the
  * states; otherwise, evaluates them from the closed form `plan`, in blocks of STATES_PER_CALL. */
-INLINE void store_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
+INLINE void store_exact_states(kr_worker *worker, size_t i, const kr_exact_form *plan)
 {
     const kr_tops *tops = worker->tops;
     const double *t = kr_worker_times_of(tops, i);
@@ -60,8 +60,8 @@ INLINE void store_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
         if (plan)
             kr_exact_evaluate_widest(kr_exact_widest_isa(kr_symmetric_form), plan, n,
                                      t + slot.states, block);
-        if (store_states(worker, &slot, accumulators, n,
-                         plan ? block : tops->states + i * tops->times) < n) {
+        if (store_valid_states(worker, &slot, accumulators, n,
+                               plan ? block : tops->states + i * tops->times) < n) {
             kr_worker_run_scalar(worker, worker->exact_top, i);
             return;
         }
@@ -93,7 +93,7 @@ void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status stat
         if (!are_times_valid(&worker->config, tops, from + i))
             kr_worker_run_scalar(worker, worker->exact_top, from + i);
         else
-            store_top(worker, from + i, at_once ? NULL : &worker->plans[i]);
+            store_exact_states(worker, from + i, at_once ? NULL : &worker->plans[i]);
     }
     kr_worker_poll(worker);
 }

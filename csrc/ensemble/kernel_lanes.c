@@ -8,7 +8,7 @@
  * the vertical, the angular velocity and the heading at `end`. */
 INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
 {
-    const lane_point r = evaluate_lanes(l, end, headless);
+    const lane_point r = evaluate_lane_series(l, end, headless);
     wide_store(l->end, end);
     lane_vec_store(l->end_p, r.p);
     lane_vec_store(l->end_w, r.w);
@@ -24,12 +24,12 @@ INLINE unsigned step_lanes(kr_lanes *l, int terms)
     lane_vec_store(l->p[0], lane_vec_load(l->end_p));
     lane_vec_store(l->w[0], lane_vec_load(l->end_w));
     if (!headless) lane_quat_store(l->q, lane_quat_load(l->end_q));
-    expand_lanes(l, terms);
+    expand_lane_series(l, terms);
     const wide forward = wide_load(l->forward);
     wide end = wide_fma(forward, lane_step_size(l, headless), t);
     lane_point r = end_lane_steps(l, end, headless);
     if (!(terms & KR_LANES_DAMPED) && l->tangents) {
-        const wide reached = propagate_over_step(l, l->tangents);
+        const wide reached = propagate_tangent_over_step(l, l->tangents);
         if (!mask_all(wide_equal(reached, end))) r = end_lane_steps(l, reached, headless);
         end = reached;
     }
@@ -41,7 +41,7 @@ INLINE unsigned step_lanes(kr_lanes *l, int terms)
     const mask onward = mask_and(wide_less(forward * end, forward * wide_load(l->goal)),
                                  wide_at_most(steps, wide_load(l->max_steps)));
     unsigned called = mask_bits(mask_not(mask_and(well, onward)));
-    if (l->has_event) called |= mask_bits(mask_not(keeps_sign(l, end - t, &r, terms)));
+    if (l->has_event) called |= mask_bits(mask_not(event_keeps_sign(l, end - t, &r, terms)));
     return called & ((1u << LANES) - 1);
 }
 #define ADVANCE(name, terms)                                                                       \
@@ -51,14 +51,14 @@ INLINE unsigned step_lanes(kr_lanes *l, int terms)
         while (!called && steps-- > 0) called = step_lanes(l, terms);                              \
         return called;                                                                             \
     }
-ADVANCE(advance_whole, 0)
+ADVANCE(advance_with_heading, 0)
 ADVANCE(advance_headless, KR_LANES_HEADLESS)
 ADVANCE(advance_damped, KR_LANES_DAMPED)
 ADVANCE(advance_damped_headless, KR_LANES_DAMPED | KR_LANES_HEADLESS)
 unsigned KR_NAME(kr_lanes_advance)(kr_lanes *l, int steps)
 {
     static unsigned (*const advance[])(kr_lanes *, int) = {
-        [0] = advance_whole,
+        [0] = advance_with_heading,
         [KR_LANES_HEADLESS] = advance_headless,
         [KR_LANES_DAMPED] = advance_damped,
         [KR_LANES_DAMPED | KR_LANES_HEADLESS] = advance_damped_headless,
@@ -69,7 +69,7 @@ unsigned KR_NAME(kr_lanes_advance)(kr_lanes *l, int steps)
 void KR_NAME(kr_lanes_sample)(kr_lanes *l)
 {
     const int headless = l->terms & KR_LANES_HEADLESS;
-    const lane_point r = evaluate_lanes(l, wide_load(l->at), headless);
+    const lane_point r = evaluate_lane_series(l, wide_load(l->at), headless);
     const lane_quat q = lane_attitude(l, &r, headless);
     const lane_vec M = lane_vec_fma(lane_vec_load(l->moment), r.w, lane_vec_load(l->rotor));
     const lane_quat momentum = {wide_splat(0.0), M};
@@ -78,5 +78,5 @@ void KR_NAME(kr_lanes_sample)(kr_lanes *l)
     lane_vec_store(l->out_m, m.v);
     if (l->tangents) write_growth(l, l->tangents);
 }
-void KR_NAME(kr_lanes_begin)(kr_lanes *l) { begin_growth(l, l->tangents); }
+void KR_NAME(kr_lanes_begin)(kr_lanes *l) { normalize_initial_tangent(l, l->tangents); }
 const int KR_NAME(kr_lanes_count) = LANES;

@@ -8,7 +8,7 @@
 #include "lane_series.h"
 
 /* Returns <along_p, p> + <along_w, w>: the event function without its constant. */
-INLINE wide event_value(kr_lanes *l, lane_vec p, lane_vec w)
+INLINE wide evaluate_event_linear_part(kr_lanes *l, lane_vec p, lane_vec w)
 {
     return lane_vec_dot(lane_vec_load(l->along_p), p) + lane_vec_dot(lane_vec_load(l->along_w), w);
 }
@@ -19,14 +19,14 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w, int terms)
     lane_vec linear = lane_vec_fma(k, carried, gravity_rates(l, p));
     if (terms & KR_LANES_DAMPED) linear = lane_vec_fma(lane_vec_load(l->drag), w, linear);
     const lane_vec dp = lane_vec_cross(p, w),
-                   dw = lane_vec_fma(lane_vec_times(k, lane_vec_next(w)), lane_vec_prev(w), linear);
-    return event_value(l, dp, dw);
+                   dw = lane_vec_fma(lane_vec_times(k, lane_vec_yzx(w)), lane_vec_zxy(w), linear);
+    return evaluate_event_linear_part(l, dp, dw);
 }
 /* Writes to l->g the coefficients of g, or of dg/ds for an extremum, as a polynomial in s = (time
  * since the start of the step) / h, where h is the size of the step. Returns the degree. The last
  * coefficient is corrected so that the value at s = 1 is that at the point *end, where the step
  * ends. The polynomials of consecutive steps therefore agree at their common time. */
-INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end, int terms)
+INLINE int write_event_polynomial(kr_lanes *l, wide h, const lane_point *end, int terms)
 {
     const int first = l->extremum, degree = l->order - first;
     const wide apart = wide_load(l->constant), zero = wide_splat(0.0);
@@ -34,21 +34,22 @@ INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end, int terms)
     for (int n = 0; n <= degree; n++) {
         const int i = n + first;
         const wide share = first ? (double)i * power : power,
-                   g = share * event_value(l, lane_vec_load(l->p[i]), lane_vec_load(l->w[i])) +
+                   g = share * evaluate_event_linear_part(l, lane_vec_load(l->p[i]),
+                                                          lane_vec_load(l->w[i])) +
                        (i == 0 ? apart : zero);
         wide_store(l->g[n], g);
         reached = reached + g;
         power = power * h;
     }
-    const wide there =
-        first ? h * event_rate(l, end->p, end->w, terms) : event_value(l, end->p, end->w) + apart;
+    const wide there = first ? h * event_rate(l, end->p, end->w, terms)
+                             : evaluate_event_linear_part(l, end->p, end->w) + apart;
     wide_store(l->g[degree], wide_load(l->g[degree]) + (there - reached));
     return degree;
 }
 /* Returns a mask of lanes that certainly have no event in the step of size h that ends at *end. */
-INLINE mask keeps_sign(kr_lanes *l, wide h, const lane_point *end, int terms)
+INLINE mask event_keeps_sign(kr_lanes *l, wide h, const lane_point *end, int terms)
 {
-    const int degree = expand_event(l, h, end, terms);
+    const int degree = write_event_polynomial(l, h, end, terms);
     const wide side = wide_load(l->side);
     wide b[KR_LANES_ORDER + 1];
     double binomial = 1.0;

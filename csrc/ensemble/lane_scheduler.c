@@ -31,7 +31,7 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
  * to 2^-less tol, but not below min(tol, 2^-54.5), so that the results are as accurate as those of
  * single tops. The first row with tol >= 2^until applies. docs/theory/ensembles.md states how the
  * orders and tolerances of this table were measured. */
-static void choose_order(kr_lanes *l, double tol)
+static void set_order_and_tolerance(kr_lanes *l, double tol)
 {
     static const struct {
         double until, less;
@@ -52,7 +52,7 @@ void kr_scheduler_configure(kr_worker *worker)
     int i = 0;
     while (!kr_lanes_isa_at(i)->runs_here()) i++; /* skip unsupported sets */
     worker->isa = kr_lanes_isa_at(i);
-    choose_order(worker->lanes, worker->config.tol);
+    set_order_and_tolerance(worker->lanes, worker->config.tol);
 }
 void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int order, double log2_tol)
 {
@@ -86,14 +86,14 @@ static kr_vec3 make_zeros_negative(kr_vec3 v)
 /* Returns `difference`, that of two moments of inertia. If |difference| < least, and the component
  * rotor_1 or rotor_2 of the rotor is not 0, returns `least` = KR_LEAST_FACTOR * moment + DBL_MIN
  * instead, because these components are divided by the result. */
-static double replace_zero_difference(double difference, double moment, double rotor_1,
-                                      double rotor_2)
+static double avoid_zero_moment_difference(double difference, double moment, double rotor_1,
+                                           double rotor_2)
 {
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
     return (rotor_1 != 0.0 || rotor_2 != 0.0) && fabs(difference) < least ? least : difference;
 }
 /* Returns rotor / difference, componentwise, but -0 for each component of `rotor` that is 0. */
-static kr_vec3 divide_torque(kr_vec3 rotor, kr_vec3 difference)
+static kr_vec3 divide_with_negative_zeros(kr_vec3 rotor, kr_vec3 difference)
 {
     return v3(rotor.x == 0.0 ? -0.0 : rotor.x / difference.x,
               rotor.y == 0.0 ? -0.0 : rotor.y / difference.y,
@@ -106,7 +106,7 @@ typedef struct {
 } shifted_constants;
 /* Returns the constants of the equations of motion, converted from the units and axes of kr_top by
  * the unit of frequency `rate` and the cyclic permutation shift_axes(v, shift). */
-static shifted_constants shift_constants(const kr_motion *motion, double rate, int shift)
+static shifted_constants make_shifted_constants(const kr_motion *motion, double rate, int shift)
 {
     const kr_vec3 A = shift_axes(motion->inertia, shift),
                   h = v_scale(1.0 / rate, shift_axes(motion->rotor, shift));
@@ -115,9 +115,9 @@ static shifted_constants shift_constants(const kr_motion *motion, double rate, i
         .c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift)),
         .h = h,
         .drag = v_scale(-1.0 / rate, v_over(shift_axes(motion->damping, shift), A)),
-        .apart = v3(replace_zero_difference(A.y - A.z, A.x, h.y, h.z),
-                    replace_zero_difference(A.z - A.x, A.y, h.z, h.x),
-                    replace_zero_difference(A.x - A.y, A.z, h.x, h.y))};
+        .apart = v3(avoid_zero_moment_difference(A.y - A.z, A.x, h.y, h.z),
+                    avoid_zero_moment_difference(A.z - A.x, A.y, h.z, h.x),
+                    avoid_zero_moment_difference(A.x - A.y, A.z, h.x, h.y))};
 }
 static void set_lane_constants(kr_lanes *l, int lane, const shifted_constants *from)
 {
@@ -126,8 +126,9 @@ static void set_lane_constants(kr_lanes *l, int lane, const shifted_constants *f
                   down = v_over(v_scale(-1.0, shift_axes(c, 1)), A);
     set_vector(l->k, lane, v_over(apart, A));
     set_vector(l->inner, lane, v3(apart.y / A.z, -apart.x / A.z, -h.z / A.z));
-    set_vector(l->shift_prev, lane, divide_torque(v_scale(-1.0, shift_axes(h, 2)), apart));
-    set_vector(l->shift_next, lane, divide_torque(shift_axes(h, 1), apart));
+    set_vector(l->shift_prev, lane,
+               divide_with_negative_zeros(v_scale(-1.0, shift_axes(h, 2)), apart));
+    set_vector(l->shift_next, lane, divide_with_negative_zeros(shift_axes(h, 1), apart));
     set_vector(l->up, lane, up);
     set_vector(l->down, lane, down);
     set_vector(l->drag, lane, from->drag);
@@ -192,7 +193,7 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift,
     return g->first_size[lane] > 1e-10 * size && size < INFINITY && per < MAX_INVERSE_MOMENT;
 }
 /* Loads the top in worker->fallback into a SIMD lane. Returns 0 if its tangent is invalid. */
-static int load_lane(kr_worker *worker, int lane)
+static int load_top_into_lane(kr_worker *worker, int lane)
 {
     const kr_top *top = worker->fallback;
     const kr_motion *motion = &top->main;
@@ -201,7 +202,7 @@ static int load_lane(kr_worker *worker, int lane)
     kr_slot *slot = &worker->slots[lane];
     int shift;
     const kr_quat turn = rotation_to_largest_moment(motion->inertia, &shift);
-    const shifted_constants constants = shift_constants(motion, p.rate, shift);
+    const shifted_constants constants = make_shifted_constants(motion, p.rate, shift);
     set_lane_constants(l, lane, &constants);
     set_vector(l->end_p, lane, shift_axes(v_of(p.end_x + 5), shift));
     set_vector(l->end_w, lane, shift_axes(v_of(p.end_w + 1), shift));
@@ -240,7 +241,7 @@ static int is_growth_finite(const kr_lanes *l, int lane)
 }
 /* Stores the state that was computed for a lane at its goal, and sets the next goal. Returns 1 if
  * the top is still in the lane and its last step also reaches the new goal. */
-static int store_sample(kr_worker *worker, int lane)
+static int store_sample_and_set_goal(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
@@ -262,7 +263,8 @@ static void sample_lanes(kr_worker *worker, unsigned lanes)
             l->at[lane] = lanes >> lane & 1 ? l->goal[lane] : l->t[lane];
         worker->isa->sample(l);
         for (int lane = 0; lane < KR_LANES_MAX; lane++)
-            if (lanes >> lane & 1 && !store_sample(worker, lane)) lanes &= ~(1u << lane);
+            if (lanes >> lane & 1 && !store_sample_and_set_goal(worker, lane))
+                lanes &= ~(1u << lane);
     }
 }
 /* Advances all lanes by up to STEPS_PER_POLL steps. In each lane that has stopped, stores the
@@ -315,7 +317,7 @@ void kr_scheduler_add(kr_worker *worker, size_t i)
     kr_scene unturned;
     double horizon = INFINITY;
     *slot = (kr_slot){.top = i, .last = scene->start};
-    if (kr_scene_turns(scene)) {
+    if (kr_support_turns(scene)) {
         horizon = kr_scene_horizon(scene);
         unturned = *scene;
         unturned.turning.z = 0.0;
@@ -331,7 +333,7 @@ void kr_scheduler_add(kr_worker *worker, size_t i)
         status = kr_top_watch(worker->fallback, 1, &worker->event);
         kr_top_watch(worker->fallback, 0, NULL);
     }
-    if (status == KR_OK && !load_lane(worker, lane)) status = KR_ERR_ARGUMENT;
+    if (status == KR_OK && !load_top_into_lane(worker, lane)) status = KR_ERR_ARGUMENT;
     if (status != KR_OK) {
         kr_lane_park(worker->lanes, lane);
         kr_worker_finish_top(worker, slot, NULL, status, (kr_stats){0});

@@ -18,7 +18,8 @@ INLINE lane_vec lane_vec_load(kr_lane_number *const v)
 }
 INLINE lane_vec lane_vec_load_once(kr_lane_number *const v)
 {
-    return (lane_vec){wide_load_once(v[0]), wide_load_once(v[1]), wide_load_once(v[2])};
+    return (lane_vec){wide_load_to_register(v[0]), wide_load_to_register(v[1]),
+                      wide_load_to_register(v[2])};
 }
 INLINE void lane_vec_store(kr_lane_number *to, lane_vec v)
 {
@@ -30,8 +31,8 @@ INLINE lane_vec lane_vec_splat(double a)
 {
     return (lane_vec){wide_splat(a), wide_splat(a), wide_splat(a)};
 }
-INLINE lane_vec lane_vec_prev(lane_vec v) { return (lane_vec){v.z, v.x, v.y}; }
-INLINE lane_vec lane_vec_next(lane_vec v) { return (lane_vec){v.y, v.z, v.x}; }
+INLINE lane_vec lane_vec_zxy(lane_vec v) { return (lane_vec){v.z, v.x, v.y}; }
+INLINE lane_vec lane_vec_yzx(lane_vec v) { return (lane_vec){v.y, v.z, v.x}; }
 INLINE lane_vec lane_vec_add(lane_vec a, lane_vec b)
 {
     return (lane_vec){a.x + b.x, a.y + b.y, a.z + b.z};
@@ -109,13 +110,13 @@ typedef struct {
 /* Adds the cross product pj x wm of coefficients of P and W to a->plus - a->minus. */
 INLINE void add_cross_products(lane_sums *a, lane_vec wm, lane_vec pj)
 {
-    a->plus = lane_vec_fma(lane_vec_next(pj), lane_vec_prev(wm), a->plus);
-    a->minus = lane_vec_fma(lane_vec_prev(pj), lane_vec_next(wm), a->minus);
+    a->plus = lane_vec_fma(lane_vec_yzx(pj), lane_vec_zxy(wm), a->plus);
+    a->minus = lane_vec_fma(lane_vec_zxy(pj), lane_vec_yzx(wm), a->minus);
 }
 /* Adds the products wjy wmz, wjz wmx and wjx wmy of two coefficients of W to a->ww. */
 INLINE void add_velocity_products(lane_sums *a, lane_vec wj, lane_vec wm)
 {
-    a->ww = lane_vec_fma(lane_vec_next(wj), lane_vec_prev(wm), a->ww);
+    a->ww = lane_vec_fma(lane_vec_yzx(wj), lane_vec_zxy(wm), a->ww);
 }
 /* Adds the products wmx pjx and wmy pjy, and with damping wmz pjz, of coefficients of W and P to
  * a->wp. Only the heading requires them. */
@@ -129,8 +130,8 @@ INLINE void add_heading_products(lane_sums *a, lane_vec wm, lane_vec pj, int ter
  * coefficient w: shift_next * (wz, wx, wy) + shift_prev * (wy, wz, wx), componentwise. */
 INLINE lane_vec add_rotor_products(kr_lanes *l, lane_vec w, lane_vec to)
 {
-    const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_prev(w), to);
-    return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_next(w), of_prev);
+    const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_zxy(w), to);
+    return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_yzx(w), of_prev);
 }
 /* Adds to the sums `a` of order n, which must be even, the products of two coefficients of order
  * n / 2, and for n = 0 the rotor terms. */
@@ -152,7 +153,7 @@ INLINE void add_newest_products(lane_sums *a, kr_lanes *l, int n, const lane_pai
     const lane_vec w0 = lane_vec_load(l->w[0]), p0 = lane_vec_load(l->p[0]), wn = newest->w,
                    pn = newest->p;
     const lane_vec next = lane_vec_load(l->next), prev = lane_vec_load(l->prev);
-    a->ww = lane_vec_fma(lane_vec_next(wn), prev, lane_vec_fma(next, lane_vec_prev(wn), a->ww));
+    a->ww = lane_vec_fma(lane_vec_yzx(wn), prev, lane_vec_fma(next, lane_vec_zxy(wn), a->ww));
     add_cross_products(a, wn, p0);
     add_cross_products(a, w0, pn);
     if (terms & KR_LANES_HEADLESS) return;
@@ -208,8 +209,8 @@ INLINE void next_heading_coefficients(kr_lanes *l, const lane_sums *a, int n,
 /* Returns A^-1 (p x c) for a Taylor coefficient p of P. */
 INLINE lane_vec gravity_rates(kr_lanes *l, lane_vec p)
 {
-    return lane_vec_fma(lane_vec_load(l->up), lane_vec_next(p),
-                        lane_vec_times(lane_vec_load(l->down), lane_vec_prev(p)));
+    return lane_vec_fma(lane_vec_load(l->up), lane_vec_yzx(p),
+                        lane_vec_times(lane_vec_load(l->down), lane_vec_zxy(p)));
 }
 /* Writes all Taylor coefficients of order n + 1 to `l`, given the coefficients `newest` of order n
  * of W and P. Returns the coefficients n + 1 of W and P. */
@@ -231,12 +232,12 @@ INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int
     return next;
 }
 
-INLINE void expand_lanes(kr_lanes *l, int terms)
+INLINE void expand_lane_series(kr_lanes *l, int terms)
 {
     const lane_vec w = lane_vec_load(l->w[0]), p = lane_vec_load(l->p[0]);
     lane_pair newest = {w, p};
-    lane_vec_store(l->prev, lane_vec_add(lane_vec_prev(w), lane_vec_load(l->shift_prev)));
-    lane_vec_store(l->next, lane_vec_add(lane_vec_next(w), lane_vec_load(l->shift_next)));
+    lane_vec_store(l->prev, lane_vec_add(lane_vec_zxy(w), lane_vec_load(l->shift_prev)));
+    lane_vec_store(l->next, lane_vec_add(lane_vec_yzx(w), lane_vec_load(l->shift_next)));
     if (!(terms & KR_LANES_HEADLESS)) {
         const wide near = 1.0 + lane_vec_dot(p, p);
         wide_store(l->near[0], near);
@@ -304,7 +305,7 @@ INLINE lane_point evaluate_lane_terms(kr_lanes *l, int order, wide at, int headl
     }
     return r;
 }
-INLINE lane_point evaluate_lanes(kr_lanes *l, wide at, int headless)
+INLINE lane_point evaluate_lane_series(kr_lanes *l, wide at, int headless)
 {
     return evaluate_lane_terms(l, l->order, at, headless);
 }

@@ -60,12 +60,12 @@ INLINE void add_tangent_products(growth_sums *a, kr_lanes *l, kr_lane_tangents *
     const lane_vec turn = lane_vec_load(g->x[j][0]), push = lane_vec_load(g->x[j][1]),
                    minus_push = {-push.x, -push.y, -push.z}, w = lane_vec_load(l->w[m]),
                    p = lane_vec_load(l->p[m]);
-    const lane_vec next = m > 0 ? lane_vec_next(w) : lane_vec_load(l->next),
-                   prev = m > 0 ? lane_vec_prev(w) : lane_vec_load(l->prev);
-    a->plus = lane_vec_fma(lane_vec_next(turn), lane_vec_next(next), a->plus);
-    a->minus = lane_vec_fma(lane_vec_prev(turn), lane_vec_prev(prev), a->minus);
-    a->push = lane_vec_fma(lane_vec_next(push), lane_vec_prev(w),
-                           lane_vec_fma(lane_vec_prev(minus_push), lane_vec_next(w), a->push));
+    const lane_vec next = m > 0 ? lane_vec_yzx(w) : lane_vec_load(l->next),
+                   prev = m > 0 ? lane_vec_zxy(w) : lane_vec_load(l->prev);
+    a->plus = lane_vec_fma(lane_vec_yzx(turn), lane_vec_yzx(next), a->plus);
+    a->minus = lane_vec_fma(lane_vec_zxy(turn), lane_vec_zxy(prev), a->minus);
+    a->push = lane_vec_fma(lane_vec_yzx(push), lane_vec_zxy(w),
+                           lane_vec_fma(lane_vec_zxy(minus_push), lane_vec_yzx(w), a->push));
     a->lifted = lane_vec_axpy(wide_load(g->lift[m]), turn, a->lifted);
     a->leaned = lane_vec_fma(turn, p, a->leaned);
 }
@@ -146,12 +146,12 @@ INLINE wide norm2_without_trivial(kr_lane_tangents *g, const lane_point *at, lan
     return wide_max(wide_fma(-per * along, along, all) - share, 0x1p-40 * all);
 }
 /* Returns ln|delta|, given log_square = ln(|d|^2), where d = delta 2^-power (g->begin.power). */
-INLINE wide unscale_log(kr_lane_tangents *g, wide log_square)
+INLINE wide find_tangent_log_norm(kr_lane_tangents *g, wide log_square)
 {
     return wide_fma(wide_load(g->begin.power), wide_splat(LN_2), 0.5 * log_square);
 }
 /* Returns the derivative W x M + c x P of the energy with respect to theta at the point `at`. */
-INLINE lane_vec energy_gradient(kr_lane_tangents *g, const lane_point *at)
+INLINE lane_vec find_energy_gradient_in_theta(kr_lane_tangents *g, const lane_point *at)
 {
     const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
     return lane_vec_add(pull, lane_vec_cross(at->w, find_body_momentum(g, at)));
@@ -161,7 +161,7 @@ INLINE lane_vec energy_gradient(kr_lane_tangents *g, const lane_point *at)
  * of the same norm as `d`, at the point `at` of the path. */
 INLINE void write_conservation_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
-    const lane_vec lean = energy_gradient(g, at);
+    const lane_vec lean = find_energy_gradient_in_theta(g, at);
     const wide size = deviation_dot(d, d), down = wide_load(g->begin.scale),
                energy = lane_vec_dot(d.push, at->w) + lane_vec_dot(d.turn, lean),
                vertical = lane_vec_dot(d.push, at->p);
@@ -203,7 +203,7 @@ INLINE growth_integrals add_integral_node(kr_lanes *l, growth_integrals a, wide 
 }
 /* Sets a->rest to the larger of a->rest and last / |d|^2, where `last` is the squared norm of the
  * last Taylor term of the tangent d. */
-INLINE void update_truncation(growth_integrals *a, wide last, lane_deviation d)
+INLINE void update_largest_truncation(growth_integrals *a, wide last, lane_deviation d)
 {
     const wide size = deviation_dot(d, d), zero = wide_splat(0.0);
     const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
@@ -222,10 +222,10 @@ INLINE growth_integrals add_substep_growth(kr_lanes *l, kr_lane_tangents *g, wid
         const int order = g->terms[i];
         const lane_point here = evaluate_lane_terms(l, order, time, 1);
         const wide square = norm2_without_trivial(g, &here, evaluate_tangent(g, order, span));
-        a.last = unscale_log(g, wide_approx_log(square));
+        a.last = find_tangent_log_norm(g, wide_approx_log(square));
         a = add_integral_node(l, a, weights[i] * h, time);
     }
-    a.last = unscale_log(g, wide_log(deviation_dot(d, d)));
+    a.last = find_tangent_log_norm(g, wide_log(deviation_dot(d, d)));
     return add_integral_node(l, a, END_WEIGHT * h, t + h);
 }
 
@@ -273,7 +273,7 @@ APART void begin_path_substep(kr_lanes *l, kr_lane_tangents *g, const double *at
 {
     kr_lanes *substep = &g->substep;
     const wide time = wide_load(at);
-    const lane_point here = evaluate_lanes(l, time, 1);
+    const lane_point here = evaluate_lane_series(l, time, 1);
     substep->order = l->order;
     memcpy(substep->k, l->k, sizeof l->k);
     memcpy(substep->up, l->up, sizeof l->up);
@@ -284,7 +284,7 @@ APART void begin_path_substep(kr_lanes *l, kr_lane_tangents *g, const double *at
     wide_store(substep->t, time);
     lane_vec_store(substep->p[0], here.p);
     lane_vec_store(substep->w[0], here.w);
-    expand_lanes(substep, KR_LANES_HEADLESS);
+    expand_lane_series(substep, KR_LANES_HEADLESS);
 }
 /* Propagates the tangent d = g->begin.d from the beginning of the step to the time `to`, in at most
  * `most` substeps. `at` is the point of the path at the time `to`. Adds the growth to `areas`, and
@@ -311,12 +311,12 @@ INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide
         d = arrived ? all : evaluate_tangent(g, l->order, h);
         lane_point here = *at;
         if (!arrived) {
-            const lane_point there = evaluate_lanes(path, wide_load(time), 1);
+            const lane_point there = evaluate_lane_series(path, wide_load(time), 1);
             here.p = lane_vec_choose(whole_way, at->p, there.p);
             here.w = lane_vec_choose(whole_way, at->w, there.w);
         }
         const lane_deviation own = remove_trivial_solutions(g, &here, d);
-        update_truncation(areas, last_term_norm2(g, l->order, h), d);
+        update_largest_truncation(areas, last_term_norm2(g, l->order, h), d);
         *areas = add_substep_growth(path, g, h, own, *areas);
         if (arrived || parts == most) return own;
         begin_path_substep(l, g, time);
@@ -333,7 +333,7 @@ INLINE growth_integrals load_growth_integrals(kr_lane_tangents *g)
  * and scales it by a power of two to a norm near 1. Writes the result and the growth to g->end.
  * Returns the time that the tangent in each lane has reached: the end of the step, or an earlier
  * time if the tangent needs more than GROWTH_SUBSTEPS substeps. */
-INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
+INLINE wide propagate_tangent_over_step(kr_lanes *l, kr_lane_tangents *g)
 {
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
     memcpy(&g->begin, &g->end, sizeof g->end);
@@ -359,7 +359,7 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     const wide at = wide_load(l->at), tiny = wide_splat(0x1p-1000);
     const wide t = wide_max(wide_load(l->forward) * at, tiny);
-    const lane_point here = evaluate_lanes(l, at, 1);
+    const lane_point here = evaluate_lane_series(l, at, 1);
     growth_integrals areas = load_growth_integrals(g);
     wide reached;
     const lane_deviation d =
@@ -374,7 +374,7 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
 }
 /* Sets the limit on the truncation error and, for each interior quadrature node x, the number of
  * Taylor terms larger than 2^-24. The n-th term is about x^n tol^(n/order) at the node x. */
-static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
+static void set_truncation_and_node_terms(const kr_lanes *l, kr_lane_tangents *g)
 {
     g->truncation_limit = exp2(2.0 * (l->log2_tol + GROWTH_SLACK));
     for (int i = 0; i < 4; i++) {
@@ -385,14 +385,14 @@ static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
 /* Removes from the initial tangents g->end.d their components along the trivial solutions, and
  * scales the rest to unit length. Writes the results to g->first, with dE and d<m, e3> in
  * g->first_energy and g->first_vertical, and the lengths before the scaling in g->first_size. */
-INLINE void begin_growth(kr_lanes *l, kr_lane_tangents *g)
+INLINE void normalize_initial_tangent(kr_lanes *l, kr_lane_tangents *g)
 {
-    set_limits(l, g);
+    set_truncation_and_node_terms(l, g);
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
     const lane_deviation d = remove_trivial_solutions(g, &at, deviation_load(g->end.d));
     const wide size = wide_sqrt(deviation_dot(d, d));
     const lane_deviation one = deviation_scale(1.0 / size, d);
-    const lane_vec lean = energy_gradient(g, &at);
+    const lane_vec lean = find_energy_gradient_in_theta(g, &at);
     deviation_store(g->first, one);
     wide_store(g->first_energy, lane_vec_dot(one.push, at.w) + lane_vec_dot(one.turn, lean));
     wide_store(g->first_vertical, lane_vec_dot(one.push, at.p));

@@ -4,7 +4,7 @@
 #include "slots.h"
 
 /* Sets the extremum to x and its time to t if `is_new` is nonzero; both to NaN if x is NaN. */
-static void add_extreme(kr_accumulator *accumulator, double x, double t, int is_new)
+static void update_extremum(kr_accumulator *accumulator, double x, double t, int is_new)
 {
     if (!is_new && !isnan(x)) return;
     accumulator->value = x;
@@ -17,11 +17,11 @@ static void add_value(kr_reduce kind, kr_accumulator *accumulator, double x, dou
     switch (kind) {
     case KR_REDUCE_MIN:
     case KR_REDUCE_WHERE_MIN:
-        add_extreme(accumulator, x, t, k == 0 || x < accumulator->value);
+        update_extremum(accumulator, x, t, k == 0 || x < accumulator->value);
         break;
     case KR_REDUCE_MAX:
     case KR_REDUCE_WHERE_MAX:
-        add_extreme(accumulator, x, t, k == 0 || x > accumulator->value);
+        update_extremum(accumulator, x, t, k == 0 || x > accumulator->value);
         break;
     case KR_REDUCE_LAST:
         accumulator->value = x;

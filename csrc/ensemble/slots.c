@@ -76,8 +76,8 @@ kr_config kr_worker_config_of(const kr_worker *worker, size_t i)
 }
 
 /* Integrates `top` by the scalar code to its requested times, and stores the states. */
-static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot,
-                            kr_accumulator *accumulators)
+static kr_status record_requested_states(kr_worker *worker, kr_top *top, kr_slot *slot,
+                                         kr_accumulator *accumulators)
 {
     const kr_tops *tops = worker->tops;
     const double *t = kr_worker_times_of(tops, slot->top);
@@ -96,8 +96,8 @@ static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot,
     return status;
 }
 /* Integrates `top` by the scalar code from event to event, and stores the states at the events. */
-static kr_status record_events(kr_worker *worker, kr_top *top, kr_slot *slot,
-                               kr_accumulator *accumulators)
+static kr_status record_event_states(kr_worker *worker, kr_top *top, kr_slot *slot,
+                                     kr_accumulator *accumulators)
 {
     kr_event event = worker->event;
     kr_status status = kr_top_watch(top, 1, &event);
@@ -121,11 +121,11 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
     /* Skipping the heading would not make closed forms faster, and needs a support at rest. */
-    if (top == worker->exact_top || kr_scene_turns(scene)) config.skip_heading = 0;
+    if (top == worker->exact_top || kr_support_turns(scene)) config.skip_heading = 0;
     kr_status status = kr_top_init(top, scene, NULL, &config);
     if (status == KR_OK) {
-        status = worker->is_section ? record_events(worker, top, &slot, accumulators)
-                                    : record_top(worker, top, &slot, accumulators);
+        status = worker->is_section ? record_event_states(worker, top, &slot, accumulators)
+                                    : record_requested_states(worker, top, &slot, accumulators);
         stats = kr_top_describe(top).stats;
     }
     if (kr_worker_has_tangents(worker)) {

@@ -9,19 +9,19 @@
 enum { LINE = 64 };
 
 /* Returns the error for a top that cannot have a tangent, because it is damped or disturbed. */
-static kr_status find_lane_refusal(const kr_scene *scene)
+static kr_status find_tangent_refusal(const kr_scene *scene)
 {
     if (v_largest(scene->damping) > 0.0) return KR_ERR_DAMPING;
     if (scene->friction > 0.0) return KR_ERR_FRICTION;
-    if (kr_scene_shakes(scene)) return KR_ERR_SHAKING;
+    if (kr_support_shakes(scene)) return KR_ERR_SHAKING;
     return scene->gradient != 0.0 ? KR_ERR_GRADIENT : KR_ERR_TURNING;
 }
 /* Returns the kr_top of the worker for a top outside the SIMD lanes: `exact_top` for a closed form,
  * else `fallback`. If the worker has both, a top on a support at rest gets `fallback`, because the
  * batch code has already refused it; the batch code does not handle rotating supports. */
-static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
+static kr_top *choose_scalar_top(const kr_worker *worker, const kr_scene *scene)
 {
-    if (!worker->fallback || !worker->exact_top || !kr_scene_turns(scene))
+    if (!worker->fallback || !worker->exact_top || !kr_support_turns(scene))
         return worker->fallback ? worker->fallback : worker->exact_top;
     const int has_torus = kr_scene_kind(scene) > KR_KIND_LAGRANGE;
     const int is_closed = !has_torus && kr_method_suits(&kr_method_exact, scene);
@@ -37,17 +37,17 @@ static int suits_lanes(const kr_worker *worker, const kr_scene *scene)
         (worker->is_section && !kr_terms_are_linear(worker->event.count, worker->event.terms)))
         return 0;
     return !kr_scene_is_disturbed(&undamped) ||
-           (!worker->is_section && !kr_scene_excludes_exact(scene, 1));
+           (!worker->is_section && !kr_scene_excludes_closed_form(scene, 1));
 }
 /* Dispatches top i, which has no closed form in the batch code, to a lane or to the scalar code.
  * Leaves a damped top that suits lanes to a second pass (run_tops). */
 static void dispatch_top(kr_worker *worker, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
-    kr_top *top = choose_top(worker, scene);
+    kr_top *top = choose_scalar_top(worker, scene);
     if (kr_worker_has_tangents(worker) && kr_scene_is_disturbed(scene)) {
         const kr_slot slot = {.top = i, .last = scene->start};
-        kr_worker_finish_top(worker, &slot, NULL, find_lane_refusal(scene), (kr_stats){0});
+        kr_worker_finish_top(worker, &slot, NULL, find_tangent_refusal(scene), (kr_stats){0});
     } else if (top != worker->fallback || !suits_lanes(worker, scene))
         kr_worker_run_scalar(worker, top, i);
     else if (!(v_largest(scene->damping) > 0.0))
@@ -63,7 +63,7 @@ static void dispatch_block(kr_worker *worker, size_t from, size_t n)
     for (size_t i = 0; i < n && !worker->interrupted; i++)
         if (status[i] != KR_OK) dispatch_top(worker, from + i);
 }
-static void mark_interrupted(kr_worker *worker, const kr_tops *tops)
+static void mark_unfinished_as_interrupted(kr_worker *worker, const kr_tops *tops)
 {
     const kr_stats none = {0};
     for (int lane = 0; lane < KR_LANES_MAX; lane++)
@@ -93,7 +93,7 @@ static kr_status run_tops(kr_worker *worker, const kr_tops *tops)
             if (tops->outcomes[i].status == KR_STATUS_COUNT) kr_scheduler_add(worker, i);
         kr_scheduler_drain(worker);
     }
-    if (worker->interrupted) mark_interrupted(worker, tops);
+    if (worker->interrupted) mark_unfinished_as_interrupted(worker, tops);
     return worker->interrupted ? KR_ERR_INTERRUPTED : KR_OK;
 }
 kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops)

@@ -41,12 +41,12 @@ static kr_quat attitude_coefficient(const step_view *v, int n)
     return q4(v->x[n][0], v_of(v->x[n] + 1));
 }
 /* Returns the factor of the term t for components in their units (component_unit). */
-static double convert_factor(const kr_top *top, double rate, const kr_term *t)
+static double convert_term_factor(const kr_top *top, double rate, const kr_term *t)
 {
     return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
 }
 /* Adds the product of the power series a and b, truncated at v->order, to c. */
-static void multiply_series(const step_view *v, const double *a, const double *b, double *c)
+static void add_series_product(const step_view *v, const double *a, const double *b, double *c)
 {
     if (v->order > 1)
         v->product(a, b, v->order, c);
@@ -80,7 +80,7 @@ static void clear_padding(const step_view *v, padded_series s)
     memset(s, 0, PAD * sizeof *s);
     memset(s + PAD + v->order + 1, 0, (size_t)(ROOM - v->order - 1) * sizeof *s);
 }
-static void set_coefficients(padded_series s[4], int n, kr_quat q)
+static void set_quaternion_coefficients(padded_series s[4], int n, kr_quat q)
 {
     s[0][PAD + n] = q.w;
     s[1][PAD + n] = q.x;
@@ -101,10 +101,10 @@ static void add_space_component(const step_view *v, int axis, kr_vec3 body, doub
     for (int i = 0; i < 4; i++) clear_padding(v, left[i]), clear_padding(v, right[i]);
     for (int n = 0; n <= v->order; n++) {
         const kr_quat q = attitude_coefficient(v, n);
-        set_coefficients(left, n, multiply_by_axis(axis, q));
-        set_coefficients(right, n, q_mul(q, q4(0.0, body)));
+        set_quaternion_coefficients(left, n, multiply_by_axis(axis, q));
+        set_quaternion_coefficients(right, n, q_mul(q, q4(0.0, body)));
     }
-    for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
+    for (int i = 0; i < 4; i++) add_series_product(v, left[i] + PAD, right[i] + PAD, c);
 }
 /* Adds to c `factor` times the angular momentum <e q, q M> about the space axis e with index
  * `axis`, where M is the angular momentum in the body frame, for any damping and support. */
@@ -123,18 +123,18 @@ static void add_space_momentum(const step_view *v, double factor, int axis, doub
     }
     for (int n = 0; n <= v->order; n++) {
         const kr_vec3 m = v_scale(factor, momentum_coefficient(v, n));
-        set_coefficients(q, n, attitude_coefficient(v, n));
-        set_coefficients(left, n, multiply_by_axis(axis, attitude_coefficient(v, n)));
-        set_coefficients(M[0], n, q4(m.x, v3(m.y, m.z, 0.0)));
-        set_coefficients(M[1], n, q4(-m.x, v3(-m.y, -m.z, 0.0)));
+        set_quaternion_coefficients(q, n, attitude_coefficient(v, n));
+        set_quaternion_coefficients(left, n, multiply_by_axis(axis, attitude_coefficient(v, n)));
+        set_quaternion_coefficients(M[0], n, q4(m.x, v3(m.y, m.z, 0.0)));
+        set_quaternion_coefficients(M[1], n, q4(-m.x, v3(-m.y, -m.z, 0.0)));
     }
     for (int i = 0; i < 4; i++) {
         for (int k = 0; k < 3; k++) {
             const int *t = terms[i][k];
-            multiply_series(v, q[t[0]] + PAD, M[t[2]][t[1]] + PAD, right[i] + PAD);
+            add_series_product(v, q[t[0]] + PAD, M[t[2]][t[1]] + PAD, right[i] + PAD);
         }
         clear_padding(v, right[i]);
-        multiply_series(v, left[i] + PAD, right[i] + PAD, c);
+        add_series_product(v, left[i] + PAD, right[i] + PAD, c);
     }
 }
 static void add_vertical_momentum(const step_view *v, double factor, double *c)
@@ -142,10 +142,10 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
     padded_series P[4], M[4];
     for (int i = 0; i < 4; i++) clear_padding(v, P[i]), clear_padding(v, M[i]);
     for (int n = 0; n <= v->order; n++) {
-        set_coefficients(P, n, q4(0.0, v_of(v->x[n] + 5)));
-        set_coefficients(M, n, q4(0.0, v_scale(factor, momentum_coefficient(v, n))));
+        set_quaternion_coefficients(P, n, q4(0.0, v_of(v->x[n] + 5)));
+        set_quaternion_coefficients(M, n, q4(0.0, v_scale(factor, momentum_coefficient(v, n))));
     }
-    for (int i = 1; i < 4; i++) multiply_series(v, P[i] + PAD, M[i] + PAD, c);
+    for (int i = 1; i < 4; i++) add_series_product(v, P[i] + PAD, M[i] + PAD, c);
 }
 
 static void add_momentum(const step_view *v, double factor, int axis, double *c)
@@ -179,7 +179,7 @@ static void add_relative_velocity(const step_view *v, double factor, kr_vec3 alo
         if (turning[i] != 0.0) add_space_component(v, i, v_scale(turning[i], along), c);
 }
 /* Returns an axis of the frame of description (kreisel.h), along the internal axes (method.h). */
-static kr_vec3 find_internal_axis(const step_view *v, int axis)
+static kr_vec3 find_description_axis(const step_view *v, int axis)
 {
     return q_turn_back(v->top->axes, v_axis(axis));
 }
@@ -213,22 +213,22 @@ static void add_component(const step_view *v, double factor, int number, double 
             add_space_component(v, axis, v_scale(factor, apex), c);
         break;
     case KR_QUANTITY_body_velocity:
-        add_relative_velocity(v, factor, find_internal_axis(v, axis), c);
+        add_relative_velocity(v, factor, find_description_axis(v, axis), c);
         break;
     case KR_QUANTITY_spin:
         add_relative_velocity(v, factor, apex, c);
         break;
     case KR_QUANTITY_inertial_velocity:
-        add_velocity_component(v, v_scale(factor, find_internal_axis(v, axis)), c);
+        add_velocity_component(v, v_scale(factor, find_description_axis(v, axis)), c);
         break;
     case KR_QUANTITY_body_vertical:
-        add_vertical_component(v, v_scale(factor, find_internal_axis(v, axis)), c);
+        add_vertical_component(v, v_scale(factor, find_description_axis(v, axis)), c);
         break;
     case KR_QUANTITY_body_momentum:
         add_velocity_component(
-            v, v_scale(factor, v_times(motion->inertia, find_internal_axis(v, axis))), c);
+            v, v_scale(factor, v_times(motion->inertia, find_description_axis(v, axis))), c);
         if (kr_body_has_rotor(&v->top->scene.body))
-            c[0] += factor / v->rate * v_dot(find_internal_axis(v, axis), motion->rotor);
+            c[0] += factor / v->rate * v_dot(find_description_axis(v, axis), motion->rotor);
         break;
     }
 }
@@ -241,8 +241,8 @@ static double component_bound(const kr_top *top, double rate, int number)
     const kr_vec3 A = top->main.inertia;
     const double least = fmin(A.x, fmin(A.y, A.z));
     /* The energy bound does not apply on moving supports, where energy is not conserved. */
-    const int is_moving =
-        kr_scene_turns(&top->scene) || kr_scene_shakes(&top->scene) || top->scene.gradient != 0.0;
+    const int is_moving = kr_support_turns(&top->scene) || kr_support_shakes(&top->scene) ||
+                          top->scene.gradient != 0.0;
     const kr_vec3 root =
         is_moving ? v3(1.0, 1.0, 1.0) : v3(sqrt(least / A.x), sqrt(least / A.y), sqrt(least / A.z));
     const kr_component component = kr_component_of(number);
@@ -266,7 +266,7 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
 {
     double size = 0.0;
     for (size_t i = 0; i < n; i++)
-        size += fabs(convert_factor(top, piece->rate, &terms[i])) *
+        size += fabs(convert_term_factor(top, piece->rate, &terms[i])) *
                 component_bound(top, piece->rate, terms[i].first) *
                 component_bound(top, piece->rate, terms[i].second);
     return size;
@@ -279,8 +279,8 @@ static void add_term_products(const step_view *v, const kr_term *t, const kr_ter
     memset(times, 0, sizeof times);
     add_component(v, 1.0, t->first, of + PAD);
     for (; t < end; t++)
-        add_component(v, convert_factor(v->top, v->rate, t), t->second, times + PAD);
-    multiply_series(v, of + PAD, times + PAD, c);
+        add_component(v, convert_term_factor(v->top, v->rate, t), t->second, times + PAD);
+    add_series_product(v, of + PAD, times + PAD, c);
 }
 /* Writes the power series of an event function over a step to c. Consecutive terms with the same
  * first component are combined into a single product of two power series. */
@@ -297,7 +297,7 @@ static void expand_event_in_step(const step_view *v, const kr_event *e, double *
             continue;
         }
         for (const kr_term *i = t; i < end; i++)
-            add_component(v, convert_factor(v->top, v->rate, i),
+            add_component(v, convert_term_factor(v->top, v->rate, i),
                           i->first == KR_COMPONENT_ONE ? i->second : i->first, c);
     }
 }
@@ -354,7 +354,7 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
     if (kr_event_is_held(p, e)) {
         /* While friction holds the top, the spin is zero. The sign opposite to that of the spin
          * before makes the stop a sign change. find_next_sign_change later discards this sign. */
-        c[0] = -p->held * convert_factor(top, p->rate, e->terms);
+        c[0] = -p->held * convert_term_factor(top, p->rate, e->terms);
         return 0;
     }
     expand_event_in_step(&v, e, c);

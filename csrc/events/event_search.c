@@ -13,10 +13,10 @@ static double user_time_in_step(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,
                  later = nextafter(t, top->forward * INFINITY);
-    if (top->forward * (time_since_start(top, t) - top->main.clock) > 0.0)
+    if (top->forward * (internal_time(top, t) - top->main.clock) > 0.0)
         return nextafter(t, top->scene.start.t);
-    return top->forward * (time_since_start(top, t) - top->before_clock) < 0.0 &&
-                   top->forward * (time_since_start(top, later) - top->main.clock) <= 0.0
+    return top->forward * (internal_time(top, t) - top->before_clock) < 0.0 &&
+                   top->forward * (internal_time(top, later) - top->main.clock) <= 0.0
                ? later
                : t;
 }
@@ -96,7 +96,7 @@ static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
     if (own->searched == top->steps) return;
     own->mark = 0.0;
     if (own->searched != top->steps - 1 || own->sign) {
-        const double since = time_since_start(top, top->requested) - piece->begin;
+        const double since = internal_time(top, top->requested) - piece->begin;
         own->side = 0;
         own->mark = fmax(0.0, since / (piece->end - piece->begin));
     } else if (own->side == 0) {
@@ -163,8 +163,7 @@ kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
     while (top->event_count > 0) {
         kr_status status = top->steps > 0 ? seek_event_in_step(top, t, &found) : KR_OK;
         if (status != KR_OK) return status;
-        if (found.index >= 0 ||
-            !(top->forward * (time_since_start(top, t) - top->main.clock) > 0.0))
+        if (found.index >= 0 || !(top->forward * (internal_time(top, t) - top->main.clock) > 0.0))
             break;
         status = kr_steps_dense(top, top->forward * INFINITY); /* an event may occur before t */
         if (status == KR_OK) continue;

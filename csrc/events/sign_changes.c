@@ -63,7 +63,7 @@ static int record_sign(kr_sign_search *r, double p, double s)
 /* Returns 1 if the sign at the end of an interval tells whether the sign changes inside: if the
  * polynomial has constant sign, is monotonic, or is zero up to noise. `bernstein` has the Bernstein
  * coefficients of the truncated polynomial on this interval of length `width`. */
-static int is_sign_decided(const kr_sign_search *r, const double *bernstein, double width)
+static int is_decided_by_end_sign(const kr_sign_search *r, const double *bernstein, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
     const double end = bernstein[r->used], sure = r->tail + r->noise;
@@ -88,7 +88,8 @@ static search_outcome search_interval(kr_sign_search *r, double *bernstein, doub
     const int n = r->used;
     double left[KR_POLYNOMIAL_ORDER_MAX + 1];
     if (high <= r->mark) return NO_ROOT;
-    if (is_sign_decided(r, bernstein, high - low) || (r->tail == 0.0 && high - low <= NARROWEST)) {
+    if (is_decided_by_end_sign(r, bernstein, high - low) ||
+        (r->tail == 0.0 && high - low <= NARROWEST)) {
         const double p = fabs(bernstein[n]) > r->tail + r->noise
                              ? bernstein[n]
                              : evaluate_polynomial(r->c, r->degree, high);
@@ -103,7 +104,7 @@ static search_outcome search_interval(kr_sign_search *r, double *bernstein, doub
     const search_outcome first = search_interval(r, left, low, middle);
     return first == NO_ROOT ? search_interval(r, bernstein, middle, high) : first;
 }
-static search_outcome search_polynomial(kr_sign_search *r)
+static search_outcome search_unit_interval(kr_sign_search *r)
 {
     const int n = r->used;
     double b[KR_POLYNOMIAL_ORDER_MAX + 1], binomial = 1.0;
@@ -140,11 +141,11 @@ int kr_search_next_sign_change(kr_sign_search *r)
         return 1;
     if (r->side * r->c[0] > others) return 0;
     truncate_polynomial(r);
-    search_outcome found = search_polynomial(r);
+    search_outcome found = search_unit_interval(r);
     if (found == UNDECIDED) {
         r->used = r->degree;
         r->tail = r->tail_slope = 0.0;
-        found = search_polynomial(r);
+        found = search_unit_interval(r);
     }
     return found == ROOT_FOUND;
 }

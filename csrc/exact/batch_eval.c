@@ -25,7 +25,8 @@ INLINE void compute_block_of_kind(const kr_exact_form *e, int dual, int euler, b
 INLINE void apply_frame_to_block(const kr_exact_form *e, batch *b, int n)
 {
     for (int i = 0; i < n; i++) {
-        const kr_quat r = apply_frame(e->frame, q4(b->w[i], v3(b->x[i], b->y[i], b->z[i])));
+        const kr_quat r =
+            apply_quaternion_map(e->frame, q4(b->w[i], v3(b->x[i], b->y[i], b->z[i])));
         b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
     }
 }

@@ -59,7 +59,7 @@ typedef struct batch_queue {
 
 /* Sets known->fits to 1 if vector lanes can process the body: a Lagrange top without rotors whose
  * internal axes are not tilted (kr_working). Sets all members that depend only on such a body. */
-static void analyse_body(const kr_body *body, body_data *known)
+static void set_body_data(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};
     memcpy(&known->body, body, sizeof *body);
@@ -80,26 +80,27 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_identity(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes to `out` the linear map (make_frame) from attitudes of a closed form, which refer
+/* Writes to `out` the linear map (set_left_right_map) from attitudes of a closed form, which refer
  * to internal axes, to attitudes of the frame of description. If `exchanged` is nonzero, this map
  * also undoes exchange_up_and_down. If the map is the identity, returns 0 and writes nothing. */
-static int find_frame_map(body_data *known, int exchanged, kr_quat out[4])
+static int find_map_to_user_axes(body_data *known, int exchanged, kr_quat out[4])
 {
     kr_quat *frame = known->frame[exchanged];
     if (!exchanged && !known->turned) return 0;
     if (!known->framed[exchanged]) {
-        if (exchanged) make_up_down_exchange(frame);
-        if (known->turned) add_axes_to_frame(frame, exchanged, known->axes);
+        if (exchanged) set_up_down_map(frame);
+        if (known->turned) add_inverse_axes_to_map(frame, exchanged, known->axes);
         known->framed[exchanged] = 1;
     }
     memcpy(out, frame, sizeof known->frame[exchanged]);
     return 1;
 }
-static void store_numbers(double in[][MANY], int top, int row, const double numbers[], int count)
+static void store_top_numbers(double in[][MANY], int top, int row, const double numbers[],
+                              int count)
 {
     for (int i = 0; i < count; i++) in[row + i][top] = numbers[i];
 }
-static void analyse_gravity(const kr_scene *scene, body_data *known)
+static void set_gravity_data(const kr_scene *scene, body_data *known)
 {
     known->gravity = scene->gravity;
     known->gravity_fraction = fraction_of(scene->gravity, &known->gravity_power);
@@ -128,15 +129,15 @@ static int is_largest_root_isolated(const body_data *known, kr_quat q, kr_vec3 m
 }
 /* Appends a top to one of two queues, chosen by is_largest_root_isolated. `index` is the index of
  * the top among all tops. Returns 0 if vector lanes cannot process the top. */
-static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t index,
-                        body_data *known)
+static int add_top_to_queue(batch_queue queues[2], const kr_scene *scene, size_t index,
+                            body_data *known)
 {
     const kr_vec3 m = scene->start.m;
     if (kr_scene_is_disturbed(scene)) return 0;
     if (scene->gravity == 0.0 || kr_scene_check_start(scene) != KR_OK) return 0;
     const double most = larger(larger(fabs(m.x), fabs(m.y)), fabs(m.z));
     int unit;
-    if (!kr_swing_time(&known->swing, most, &unit)) return 0;
+    if (!kr_find_time_unit(&known->swing, most, &unit)) return 0;
     const int power = known->power + known->gravity_power + 2 * unit;
     /* Scale factors above 2^1000 or below 2^-1000 could cause overflow or underflow. No test for a
      * large `power` is needed: in internal units, the lever is at most about one. */
@@ -150,12 +151,12 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
                  axes[] = {body.w, body.x, body.y, body.z, work.w, work.x, work.y, work.z},
                  units[] = {known->mass,         gravity, known->reach,  scale,
                             known->swing.moment, time,    scene->start.t};
-    store_numbers(w->in, w->count, INERTIA, start, 10);
-    store_numbers(w->in, w->count, AXES, axes, 8);
-    store_numbers(w->in, w->count, MASS, units, 7);
+    store_top_numbers(w->in, w->count, INERTIA, start, 10);
+    store_top_numbers(w->in, w->count, AXES, axes, 8);
+    store_top_numbers(w->in, w->count, MASS, units, 7);
     w->turned[0] |= !is_identity(body);
     w->turned[1] |= !is_identity(work);
-    w->framed[w->count] = find_frame_map(known, lever < 0.0, w->frame[w->count]);
+    w->framed[w->count] = find_map_to_user_axes(known, lever < 0.0, w->frame[w->count]);
     w->index[w->count++] = index;
     return 1;
 }
@@ -164,44 +165,44 @@ typedef struct group {
     int first; /* index of the group's first top in the queue */
 } group;
 
-INLINE wide load_number(group w, int row) { return wide_load(&w.all->in[row][w.first]); }
+INLINE wide load_quantity(group w, int row) { return wide_load(&w.all->in[row][w.first]); }
 
 /* Multiplies the attitude of each top of a group from the right by the unit quaternion in the rows
  * `row` to `row + 3` of the queue. If this is the identity, the attitude keeps its bits. */
-INLINE void rotate_attitudes(exact_top *top, group w, int row)
+INLINE void multiply_attitudes_by_axes(exact_top *top, group w, int row)
 {
-    const quat_lanes by = {load_number(w, row), load_number(w, row + 1), load_number(w, row + 2),
-                           load_number(w, row + 3)};
+    const quat_lanes by = {load_quantity(w, row), load_quantity(w, row + 1),
+                           load_quantity(w, row + 2), load_quantity(w, row + 3)};
     const wide zero = wide_splat(0.0);
     const mask one =
         mask_and(mask_and(wide_equal(by.x, zero), wide_equal(by.y, zero)), wide_equal(by.z, zero));
     dd turned[4];
     memcpy(turned, top->q, sizeof turned);
     multiply_from_right(turned, by);
-    take_lanes(top->q, turned, sizeof turned, mask_not(one));
+    copy_selected_lanes(top->q, turned, sizeof turned, mask_not(one));
 }
-INLINE exact_top convert_group(group w)
+INLINE exact_top convert_group_to_internal(group w)
 {
-    const wide inverse = 1.0 / load_number(w, MOMENT), time = load_number(w, TIME),
-               scale = load_number(w, SCALE);
-    const dd lever = dd_times(load_number(w, MASS),
-                              dd_times(load_number(w, GRAVITY), dd_of(load_number(w, REACH))));
+    const wide inverse = 1.0 / load_quantity(w, MOMENT), time = load_quantity(w, TIME),
+               scale = load_quantity(w, SCALE);
+    const dd lever = dd_times(load_quantity(w, MASS),
+                              dd_times(load_quantity(w, GRAVITY), dd_of(load_quantity(w, REACH))));
     exact_top top;
-    for (int i = 0; i < 4; i++) top.q[i] = dd_of(load_number(w, ATTITUDE + i));
-    if (w.all->turned[0]) rotate_attitudes(&top, w, AXES);
-    if (w.all->turned[1]) rotate_attitudes(&top, w, AXES + 4);
-    top.inertia.x = inverse * load_number(w, INERTIA);
-    top.inertia.y = inverse * load_number(w, INERTIA + 1);
-    top.inertia.z = inverse * load_number(w, INERTIA + 2);
-    top.m.x = drop_tiny_momentum(time * (inverse * load_number(w, MOMENTUM)));
-    top.m.y = drop_tiny_momentum(time * (inverse * load_number(w, MOMENTUM + 1)));
-    top.m.z = drop_tiny_momentum(time * (inverse * load_number(w, MOMENTUM + 2)));
+    for (int i = 0; i < 4; i++) top.q[i] = dd_of(load_quantity(w, ATTITUDE + i));
+    if (w.all->turned[0]) multiply_attitudes_by_axes(&top, w, AXES);
+    if (w.all->turned[1]) multiply_attitudes_by_axes(&top, w, AXES + 4);
+    top.inertia.x = inverse * load_quantity(w, INERTIA);
+    top.inertia.y = inverse * load_quantity(w, INERTIA + 1);
+    top.inertia.z = inverse * load_quantity(w, INERTIA + 2);
+    top.m.x = drop_tiny_momentum(time * (inverse * load_quantity(w, MOMENTUM)));
+    top.m.y = drop_tiny_momentum(time * (inverse * load_quantity(w, MOMENTUM + 1)));
+    top.m.z = drop_tiny_momentum(time * (inverse * load_quantity(w, MOMENTUM + 2)));
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
 /* Returns a mask of the tops with |lever| above LEAST_LEVER whose tilt or horizontal momentum
  * exceeds 1e-10. Others may lack a closed form (is_initial_tilt_resolved), or are torque-free. */
-INLINE mask is_moving(const exact_top *top)
+INLINE mask has_heavy_moving_axis(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
     const wide side = wide_max(wide_abs(top->q[1].hi), wide_abs(top->q[2].hi)),
@@ -210,13 +211,13 @@ INLINE mask is_moving(const exact_top *top)
     return mask_and(wide_less(wide_splat(LEAST_LEVER), wide_abs(top->lever.hi)),
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
-static void begin_group(group w, lagrange_setup *s)
+static void set_group_initial_quantities(group w, lagrange_setup *s)
 {
-    s->top = convert_group(w);
+    s->top = convert_group_to_internal(w);
     const mask below = is_negative(s->top.lever.hi);
     if (mask_any(below)) {
         const exact_top seen = exchange_up_and_down(&s->top);
-        take_lanes(&s->top, &seen, sizeof seen, below);
+        copy_selected_lanes(&s->top, &seen, sizeof seen, below);
     }
     set_initial_quantities(s);
 }
@@ -238,12 +239,12 @@ static void extract_form(const exact_lanes *exact, const batch_queue *w, int pla
 static state_lanes evaluate_lanes(const exact_lanes *exact, wide time)
 {
     const dd span = two_sum(time, -exact->begin);
-    const mask dual = is_dual(exact);
+    const mask dual = uses_dual_nome(exact);
     if (mask_all(dual)) return evaluate_state(exact, 1, 0, time, span);
     state_lanes r = evaluate_state(exact, 0, 0, time, span);
     if (mask_any(dual)) {
         const state_lanes some = evaluate_state(exact, 1, 0, time, span);
-        take_lanes(&r, &some, sizeof r, dual);
+        copy_selected_lanes(&r, &some, sizeof r, dual);
     }
     return r;
 }
@@ -266,7 +267,7 @@ static void write_states(const kr_exact_request *request, group g, const exact_l
         if (within >> i & 1) {
             const kr_quat q = q4(s[1][i], v3(s[2][i], s[3][i], s[4][i]));
             out->t = s[0][i];
-            out->q = w->framed[place] ? apply_frame(w->frame[place], q) : q;
+            out->q = w->framed[place] ? apply_quaternion_map(w->frame[place], q) : q;
             out->m = v3(s[5][i], s[6][i], s[7][i]);
         } else {
             kr_exact_form one;
@@ -276,8 +277,8 @@ static void write_states(const kr_exact_request *request, group g, const exact_l
     }
 }
 /* Writes the closed form and all states of each top whose bit in `lanes` is set. */
-static void write_group(const kr_exact_request *request, group g, const exact_lanes *exact,
-                        unsigned lanes)
+static void write_group_results(const kr_exact_request *request, group g, const exact_lanes *exact,
+                                unsigned lanes)
 {
     const int many = request->times > FEW_TIMES;
     for (int i = 0; i < LANES && (many || request->plans); i++) {
@@ -292,21 +293,21 @@ static void write_group(const kr_exact_request *request, group g, const exact_la
     for (size_t k = 0; k < request->times && !many; k++) write_states(request, g, exact, lanes, k);
 }
 /* Converts the closed forms of a group to the user's units, and writes the requested results. */
-static void finish_group(const kr_exact_request *request, group g, lagrange_setup *s)
+static void convert_and_write_group(const kr_exact_request *request, group g, lagrange_setup *s)
 {
-    const wide time = load_number(g, TIME), reach = load_number(g, REACH);
-    const mask below = is_negative(load_number(g, GRAVITY) * reach);
+    const wide time = load_quantity(g, TIME), reach = load_quantity(g, REACH);
+    const mask below = is_negative(load_quantity(g, GRAVITY) * reach);
     exact_lanes *exact = &s->exact;
     if (mask_any(below)) {
         exact_lanes turned = *exact;
         restore_up_and_down(&turned);
-        take_lanes(exact, &turned, sizeof turned, below);
+        copy_selected_lanes(exact, &turned, sizeof turned, below);
     }
     exact->spin_angle_rate = wide_choose(is_negative(reach), 0.0 - exact->spin_angle_rate,
                                          exact->spin_angle_rate); /* never -0 */
-    convert_form_to_user(exact, load_number(g, BEGIN), time, load_number(g, MOMENT) / time);
+    convert_form_to_user(exact, load_quantity(g, BEGIN), time, load_quantity(g, MOMENT) / time);
     const wide rates = exact->nutation.fast + exact->first.fast + exact->second.fast;
-    const unsigned alone = mask_bits(mask_not(is_moving(&s->top))),
+    const unsigned alone = mask_bits(mask_not(has_heavy_moving_axis(&s->top))),
                    finite = mask_bits(wide_less(wide_abs(rates), wide_splat(INFINITY)));
     const int rest = g.all->count - g.first, count = rest < LANES ? rest : LANES;
     for (int i = 0; i < count; i++) {
@@ -314,20 +315,20 @@ static void finish_group(const kr_exact_request *request, group g, lagrange_setu
         request->status[index] = finite >> i & 1 ? KR_OK : KR_ERR_ARGUMENT;
         if (alone >> i & 1) kr_exact_run_top(request, index);
     }
-    write_group(request, g, exact, finite & ~alone & ((1u << count) - 1));
+    write_group_results(request, g, exact, finite & ~alone & ((1u << count) - 1));
 }
 /* Computes and removes all tops of a queue. Unused SIMD lanes contain copies of the first top. */
-APART void compute_queue(const kr_exact_request *request, batch_queue *w)
+APART void compute_queued_tops(const kr_exact_request *request, batch_queue *w)
 {
     lagrange_setup s[GROUPS];
     const int groups = (w->count + LANES - 1) / LANES;
     for (int lane = w->count; lane < groups * LANES; lane++)
         for (int i = 0; i < NUMBERS; i++) w->in[i][lane] = w->in[i][0];
-    for (int i = 0; i < groups; i++) begin_group((group){w, i * LANES}, &s[i]);
+    for (int i = 0; i < groups; i++) set_group_initial_quantities((group){w, i * LANES}, &s[i]);
     set_up_moving_tops(s, groups);
-    for (int i = 0; i < groups; i++) finish_group(request, (group){w, i * LANES}, &s[i]);
+    for (int i = 0; i < groups; i++) convert_and_write_group(request, (group){w, i * LANES}, &s[i]);
     w->count = w->turned[0] = w->turned[1] = 0;
-    wide_leave();
+    wide_zero_upper();
 }
 void KR_NAME(kr_exact_batch)(const kr_exact_request *request)
 {
@@ -337,11 +338,12 @@ void KR_NAME(kr_exact_batch)(const kr_exact_request *request)
     for (size_t i = 0; i < request->n; i++) {
         const kr_scene *scene = &request->scenes[i];
         if (i == 0 || memcmp(&known.body, &scene->body, sizeof known.body) != 0)
-            analyse_body(&scene->body, &known);
-        if (known.fits && known.gravity != scene->gravity) analyse_gravity(scene, &known);
-        if (!known.fits || !add_to_queue(queues, scene, i, &known)) kr_exact_run_top(request, i);
+            set_body_data(&scene->body, &known);
+        if (known.fits && known.gravity != scene->gravity) set_gravity_data(scene, &known);
+        if (!known.fits || !add_top_to_queue(queues, scene, i, &known))
+            kr_exact_run_top(request, i);
         for (int top = 0; top < 2; top++)
-            if (queues[top].count == MANY) compute_queue(request, &queues[top]);
+            if (queues[top].count == MANY) compute_queued_tops(request, &queues[top]);
     }
-    for (int top = 0; top < 2; top++) compute_queue(request, &queues[top]);
+    for (int top = 0; top < 2; top++) compute_queued_tops(request, &queues[top]);
 }

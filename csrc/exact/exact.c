@@ -154,7 +154,7 @@ void kr_exact_run(const kr_exact_request *request)
  * is the nutation period or, for motions on a torus, the period of the first torus angle. */
 /* The array motion->work contains the period, the plan (exact.h) of the motion, and memory for the
  * set-up of a new plan. The pointer motion->aux is the kr_exact_isa of the plan. */
-static size_t count_form_doubles(const kr_exact_isa form[])
+static size_t count_plan_and_memory_doubles(const kr_exact_isa form[])
 {
     const kr_exact_scalar *scalar = kr_exact_widest_isa(form)->scalar;
     return (scalar->plan_size + scalar->memory_size) / sizeof(double);
@@ -162,14 +162,15 @@ static size_t count_form_doubles(const kr_exact_isa form[])
 static size_t count_extra_doubles(const kr_scene *scene)
 {
     const kr_exact_isa *form = kr_closed_form_of(kr_scene_kind(scene));
-    return form ? count_form_doubles(form) : 0;
+    return form ? count_plan_and_memory_doubles(form) : 0;
 }
 size_t kr_exact_extra_doubles(int with_torus)
 {
-    size_t most = count_form_doubles(kr_symmetric_form);
+    size_t most = count_plan_and_memory_doubles(kr_symmetric_form);
     for (int kind = 0; with_torus && kind < KR_KIND_COUNT; kind++) {
         const kr_exact_isa *form = kr_closed_form_of((kr_kind)kind);
-        if (form && count_form_doubles(form) > most) most = count_form_doubles(form);
+        if (form && count_plan_and_memory_doubles(form) > most)
+            most = count_plan_and_memory_doubles(form);
     }
     return most;
 }

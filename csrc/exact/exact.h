@@ -33,7 +33,7 @@ typedef struct kr_exact_form {
     double momentum, side; /* scale of the horizontal momentum; -1 if up and down are exchanged */
     kr_vec3 constant;      /* the constant part of the momentum */
     double framed;         /* 1 if `frame` is set */
-    kr_quat frame[4];      /* linear map of attitudes (apply_frame) */
+    kr_quat frame[4];      /* linear map of attitudes (apply_quaternion_map) */
 } kr_exact_form;
 /* Stops the compilation if the condition is false, by an array type of negative size. */
 #define KR_CHECK_LAYOUT(name, condition) typedef char name[(condition) ? 1 : -1]

@@ -13,7 +13,7 @@
  * phi. The coefficients of the Fourier series X and Y (torus.h) in theta = 2 pi t/T follow. X and Y
  * are proportional to e^{-i Om t/2} (w + i z) and e^{-i Om t/2} (x + i y), where the quaternion
  * (w, x, y, z) is R S in axes whose third axis is a. The pair X, Y without poles at complex t needs
- * the fewest coefficients. Its norm is D = |X|^2 + |Y|^2 (find_log_d). */
+ * the fewest coefficients. Its norm is D = |X|^2 + |Y|^2 (set_log_norm_samples). */
 #include "torus.h"
 
 enum {
@@ -44,22 +44,22 @@ typedef struct gyrostat_memory {
     gyrostat top;
     gyrostat_series series;
     dd growth; /* of phi in the time T */
-    /* values at the times k T / SAMPLES; outside of find_log_d, `sample` holds X and Y */
+    /* values at the times k T / SAMPLES; outside of set_log_norm_samples, `sample` holds X and Y */
     kr_vec3 m[SAMPLES];
     dd phi[SAMPLES];
     double log_d[SAMPLES], sample[SAMPLES][4], cosine[SAMPLES], sine[SAMPLES];
 } gyrostat_memory;
 
 static kr_vec3 v_round(const dd v[3]) { return v3(v[0].hi, v[1].hi, v[2].hi); }
-static kr_vec3 find_velocity(const gyrostat *top, kr_vec3 m)
+static kr_vec3 find_angular_velocity(const gyrostat *top, kr_vec3 m)
 {
     return v_sub(v_times(v_round(top->rate), m), v_round(top->rest));
 }
-static kr_vec3 find_momentum_change(const gyrostat *top, kr_vec3 m)
+static kr_vec3 find_momentum_rate(const gyrostat *top, kr_vec3 m)
 {
-    return v_cross(m, find_velocity(top, m));
+    return v_cross(m, find_angular_velocity(top, m));
 }
-static double find_angle_rate(const gyrostat *top, kr_vec3 m)
+static double find_attitude_angle_rate(const gyrostat *top, kr_vec3 m)
 {
     return (top->energy.hi + v_dot(v_round(top->up), m)) /
            (top->size.hi + v_dot(v_round(top->axis), m));
@@ -89,8 +89,8 @@ static dd product_coefficient(const gyrostat_series *s, int a, int b, int first,
 /* Writes the Taylor series of m up to the order `last` to `s`, given the initial value `m`, and if
  * `with_angle` is nonzero, also the series of phi' and |m| + m.a. Returns the longest step in time
  * for which the last two terms of the series of m / |m| and phi are at most `tol`. */
-static double expand_motion(const gyrostat *top, gyrostat_series *s, const dd m[3], int with_angle,
-                            int last, double tol)
+static double expand_momentum_and_angle(const gyrostat *top, gyrostat_series *s, const dd m[3],
+                                        int with_angle, int last, double tol)
 {
     double step = INFINITY;
     for (int i = 0; i < 3; i++) set_coefficient(s, i, 0, m[i]);
@@ -101,15 +101,16 @@ static double expand_motion(const gyrostat *top, gyrostat_series *s, const dd m[
             const dd linear = dd_sub(dd_mul(top->rest[j], get_coefficient(s, k, n)),
                                      dd_mul(top->rest[k], get_coefficient(s, j, n))),
                      square = dd_mul(top->bend[i], product_coefficient(s, j, k, 0, n));
-            set_coefficient(s, i, n + 1, dd_over(dd_add_near(square, linear), dd_of(n + 1.0)));
+            set_coefficient(s, i, n + 1,
+                            dd_div_fast(dd_add_sloppy(square, linear), dd_of(n + 1.0)));
             if (!with_angle) continue;
-            over = dd_add_near(over, dd_mul(top->up[i], get_coefficient(s, i, n)));
-            below = dd_add_near(below, dd_mul(top->axis[i], get_coefficient(s, i, n)));
+            over = dd_add_sloppy(over, dd_mul(top->up[i], get_coefficient(s, i, n)));
+            below = dd_add_sloppy(below, dd_mul(top->axis[i], get_coefficient(s, i, n)));
         }
         if (!with_angle) continue;
         set_coefficient(s, BELOW, n, below);
         over = dd_sub(over, product_coefficient(s, BELOW, ANGLE_RATE, 1, n));
-        set_coefficient(s, ANGLE_RATE, n, dd_over(over, get_coefficient(s, BELOW, 0)));
+        set_coefficient(s, ANGLE_RATE, n, dd_div_fast(over, get_coefficient(s, BELOW, 0)));
     }
     for (int i = 0; i < (with_angle ? 4 : 3); i++)
         for (int n = last - 1; n <= last; n++) {
@@ -127,20 +128,20 @@ static kr_vec3 evaluate_momentum(const gyrostat_series *s, int last, double t)
 }
 static double find_frequency_square(const gyrostat *top, kr_vec3 equilibrium)
 {
-    const kr_vec3 a = v_round(top->rate), w = find_velocity(top, equilibrium),
+    const kr_vec3 a = v_round(top->rate), w = find_angular_velocity(top, equilibrium),
                   am = v_times(a, equilibrium);
     return v_dot(v_times(equilibrium, equilibrium), v3(a.y * a.z, a.z * a.x, a.x * a.y)) +
            v_dot(w, v_add(w, am)) - v_dot(w, equilibrium) * (a.x + a.y + a.z);
 }
-static kr_vec3 get_direction(int d) { return v3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1); }
-/* Sets a to the candidate d (get_direction) with the largest least_component[d], the minimum
+static kr_vec3 get_axis_candidate(int d) { return v3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1); }
+/* Sets a to the candidate d (get_axis_candidate) with the largest least_component[d], the minimum
  * of m.a over a period. Sets the members of `top` that depend on a. */
-static void set_axis(gyrostat *top, const double least_component[DIRECTIONS])
+static void set_best_axis(gyrostat *top, const double least_component[DIRECTIONS])
 {
     int best = 0;
     for (int d = 1; d < DIRECTIONS; d++)
         if (least_component[d] > least_component[best]) best = d;
-    const kr_vec3 v = get_direction(best);
+    const kr_vec3 v = get_axis_candidate(best);
     const dd a[3] = {dd_of(v.x), dd_of(v.y), dd_of(v.z)}, length = dd_sqrt(dd_dot(a, a));
     top->energy = dd_of(0.0);
     for (int i = 0; i < 3; i++) {
@@ -155,9 +156,9 @@ static void set_axis(gyrostat *top, const double least_component[DIRECTIONS])
 /* Sets a and, in double precision, the period T: that of small oscillations if m is near an
  * equilibrium, else the time until m returns to the plane through the initial m perpendicular to
  * the initial m'. Returns 0 if m does not return within MOST_STEPS steps, as near separatrices. */
-static int find_period(gyrostat *top, gyrostat_series *s)
+static int find_axis_and_period(gyrostat *top, gyrostat_series *s)
 {
-    const kr_vec3 start = v_round(top->start), along = find_momentum_change(top, start);
+    const kr_vec3 start = v_round(top->start), along = find_momentum_rate(top, start);
     const double square = find_frequency_square(top, start);
     const int is_small = square > 0.0 && v_length(along) < 1e-4 * (top->size.hi * sqrt(square));
     double least[DIRECTIONS], t = 0.0, far = 0.0;
@@ -168,10 +169,10 @@ static int find_period(gyrostat *top, gyrostat_series *s)
     s->deep = 0;
     for (int steps = 0; steps < MOST_STEPS; steps++) {
         for (int d = 0; d < DIRECTIONS; d++)
-            least[d] = fmin(least[d], v_dot(v_unit(get_direction(d)), m));
+            least[d] = fmin(least[d], v_dot(v_unit(get_axis_candidate(d)), m));
         if (has_returned) break;
         const dd here[3] = {dd_of(m.x), dd_of(m.y), dd_of(m.z)};
-        const double step = expand_motion(top, s, here, 0, LAST_ROUGH, 1e-14);
+        const double step = expand_momentum_and_angle(top, s, here, 0, LAST_ROUGH, 1e-14);
         if (!(step < INFINITY)) return 0;
         const double before = v_dot(v_sub(m, start), along);
         const kr_vec3 next = evaluate_momentum(s, LAST_ROUGH, step);
@@ -180,7 +181,7 @@ static int find_period(gyrostat *top, gyrostat_series *s)
             double x = step * (before / (before - after));
             for (int k = 0; k < 8; k++) {
                 m = evaluate_momentum(s, LAST_ROUGH, x);
-                x -= v_dot(v_sub(m, start), along) / v_dot(find_momentum_change(top, m), along);
+                x -= v_dot(v_sub(m, start), along) / v_dot(find_momentum_rate(top, m), along);
                 x = fmin(fmax(x, 0.0), step);
             }
             has_returned = v_length(v_sub(m, start)) < 1e-3 * far;
@@ -190,13 +191,13 @@ static int find_period(gyrostat *top, gyrostat_series *s)
         t += step;
         far = fmax(far, v_length(v_sub(m, start)));
     }
-    set_axis(top, least);
+    set_best_axis(top, least);
     return has_returned;
 }
 /* Integrates m and phi over the approximate period, and writes their samples and the growth of phi.
  * Corrects the period by the distance of the last m from the first. Returns the relative change, or
  * infinity if m does not return. */
-static double integrate_period(gyrostat_memory *memory)
+static double integrate_and_correct_period(gyrostat_memory *memory)
 {
     gyrostat *top = &memory->top;
     gyrostat_series *s = &memory->series;
@@ -205,7 +206,7 @@ static double integrate_period(gyrostat_memory *memory)
     s->deep = LAST_DEEP;
     for (int steps = 0, k = 0; t.hi < period.hi; steps++) {
         if (steps == MOST_STEPS) return INFINITY;
-        const double step = expand_motion(top, s, m, 1, LAST, 1e-32);
+        const double step = expand_momentum_and_angle(top, s, m, 1, LAST, 1e-32);
         const dd left = dd_sub(period, t);
         const int is_last = !(step < left.hi);
         const dd x = is_last ? left : dd_of(step);
@@ -223,7 +224,7 @@ static double integrate_period(gyrostat_memory *memory)
             dd sum = dd_of(0.0);
             for (int n = i < 3 ? LAST : LAST - 1; n >= 0; n--) {
                 const dd c = get_coefficient(s, i, n);
-                sum = dd_add_near(dd_mul(sum, x), i < 3 ? c : dd_over(c, dd_of(n + 1.0)));
+                sum = dd_add_sloppy(dd_mul(sum, x), i < 3 ? c : dd_div_fast(c, dd_of(n + 1.0)));
             }
             if (i < 3)
                 m[i] = sum;
@@ -232,7 +233,7 @@ static double integrate_period(gyrostat_memory *memory)
         }
         t = is_last ? period : dd_add(t, x);
     }
-    const kr_vec3 along = find_momentum_change(top, v_round(top->start));
+    const kr_vec3 along = find_momentum_rate(top, v_round(top->start));
     const double speed = v_length(along);
     dd miss[3], late = dd_of(0.0);
     for (int i = 0; i < 3; i++) {
@@ -241,11 +242,13 @@ static double integrate_period(gyrostat_memory *memory)
         if (speed > 0.0) late = dd_add(late, dd_times(part / speed / speed, miss[i]));
     }
     top->period = dd_add(period, late);
-    memory->growth = dd_add(phi, dd_times(find_angle_rate(top, v_round(top->start)), late));
+    memory->growth =
+        dd_add(phi, dd_times(find_attitude_angle_rate(top, v_round(top->start)), late));
     for (int k = 0; k < SAMPLES; k++) {
         const double by = late.hi * (k / (double)SAMPLES);
-        memory->phi[k] = dd_add(memory->phi[k], dd_of(by * find_angle_rate(top, memory->m[k])));
-        memory->m[k] = v_axpy(by, find_momentum_change(top, memory->m[k]), memory->m[k]);
+        memory->phi[k] =
+            dd_add(memory->phi[k], dd_of(by * find_attitude_angle_rate(top, memory->m[k])));
+        memory->m[k] = v_axpy(by, find_momentum_rate(top, memory->m[k]), memory->m[k]);
     }
     const double beside = v_length(v_sub(v_round(miss), v_scale(late.hi, along)));
     return beside < 1e-10 * top->size.hi ? fabs(late.hi) / period.hi : INFINITY;
@@ -271,7 +274,7 @@ static double fourier_coefficient(const gyrostat_memory *memory, int n, double o
  *     |B d|^2 - m.(tr(A) B/3 - B^2) h
  * minus its average over a period. For a nearly spherical body, B is small and nothing cancels.
  * Returns a bound on the range of ln D, or infinity if the samples do not resolve ln D. */
-static double find_log_d(gyrostat_memory *memory)
+static double set_log_norm_samples(gyrostat_memory *memory)
 {
     const gyrostat *top = &memory->top;
     const kr_vec3 a = v_round(top->rate), bend = v_round(top->bend), h = v_round(top->h),
@@ -314,7 +317,7 @@ static void set_spinor_samples(gyrostat_memory *memory, kr_quat tilt)
     }
 }
 /* Writes the significant coefficients of X and Y to the plan. Returns 0 if there are too many. */
-static int fill_coefficients(gyrostat_memory *memory)
+static int set_plan_coefficients(gyrostat_memory *memory)
 {
     enum { HIGHEST = GYROSTAT_TERMS / 2, COUNTED = 2 * HIGHEST + 1 };
     double all[COUNTED][4], size[COUNTED];
@@ -335,25 +338,25 @@ static int fill_coefficients(gyrostat_memory *memory)
 }
 /* Computes the closed form in internal units, or returns the reason for a failure. Writes the
  * rotation `tilt` from e3 to a and, to `certificate`, the largest error of R S at some samples. */
-static kr_refusal make_plan(gyrostat_memory *memory, kr_quat *tilt, double *certificate)
+static kr_refusal compute_closed_form(gyrostat_memory *memory, kr_quat *tilt, double *certificate)
 {
     for (int k = 0; k < SAMPLES; k++)
         sincos_turns(dd_of(k / (double)SAMPLES), &memory->sine[k], &memory->cosine[k]);
-    if (!find_period(&memory->top, &memory->series)) return KR_REFUSAL_SEPARATRIX;
+    if (!find_axis_and_period(&memory->top, &memory->series)) return KR_REFUSAL_SEPARATRIX;
     double late = INFINITY;
     for (int tries = 0; tries < 4 && late > 1e-12; tries++) {
-        late = integrate_period(memory);
+        late = integrate_and_correct_period(memory);
         if (!(late < 1e-3)) return KR_REFUSAL_SEPARATRIX;
     }
     *tilt = q_tilt(v_round(memory->top.axis));
-    if (!(find_log_d(memory) < 9.0)) return KR_REFUSAL_SEPARATRIX;
+    if (!(set_log_norm_samples(memory) < 9.0)) return KR_REFUSAL_SEPARATRIX;
     set_spinor_samples(memory, *tilt);
-    if (!fill_coefficients(memory)) return KR_REFUSAL_SEPARATRIX;
+    if (!set_plan_coefficients(memory)) return KR_REFUSAL_SEPARATRIX;
     *certificate = KR_TORUS_ROUNDING;
     for (int k = 1; k < SAMPLES; k += 3) {
         const double turns = k / (double)SAMPLES, *s = memory->sample[k];
         const dd second = two_product(turns, memory->plan.least);
-        const kr_quat q = gyrostat_kernel(&memory->plan, 0.0, dd_of(turns), second).q,
+        const kr_quat q = gyrostat_state_at_phases(&memory->plan, 0.0, dd_of(turns), second).q,
                       sample = q_unit(q4(s[0], v3(s[2], s[3], s[1])));
         const double miss = kr_attitude_error(q, sample);
         *certificate = miss <= 1.0 ? fmax(*certificate, miss) : INFINITY;
@@ -370,7 +373,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     info->refusal = KR_REFUSAL_KIND;
     kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
-    if (kr_scene_kind(scene) != KR_KIND_GYROSTAT || kr_scene_excludes_exact(scene, own))
+    if (kr_scene_kind(scene) != KR_KIND_GYROSTAT || kr_scene_excludes_closed_form(scene, own))
         return KR_ERR_METHOD;
     const kr_body *body = &scene->body;
     const kr_working working = kr_body_working(body);
@@ -397,9 +400,10 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     for (int i = 0; i < 3; i++)
         top->bend[i] = dd_sub(top->rate[(i + 2) % 3], top->rate[(i + 1) % 3]);
     memset(plan, 0, sizeof *plan);
-    make_frame(plan->map, q_one(), q_one()); /* with which make_plan evaluates R S */
+    set_left_right_map(plan->map, q_one(),
+                       q_one()); /* with which compute_closed_form evaluates R S */
     kr_quat tilt;
-    info->refusal = make_plan(memory, &tilt, &info->certificate);
+    info->refusal = compute_closed_form(memory, &tilt, &info->certificate);
     if (info->refusal != KR_REFUSAL_NONE) return KR_ERR_METHOD;
     const dd period = top->period,
              rates[2] = {dd_div(dd_of(1.0), period),
@@ -415,10 +419,10 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     }
     plan->torus.begin = own ? 0.0 : scene->start.t;
     plan->momentum = own ? m : scene->start.m;
-    const kr_quat first = gyrostat_after(plan, 0.0, dd_of(0.0)).q,
-                  left = q_mul(q_mul(round_quaternion(turn), tilt), q_conj(first)),
+    const kr_quat first = gyrostat_state_after_span(plan, 0.0, dd_of(0.0)).q,
+                  left = q_mul(q_mul(round_to_unit_quaternion(turn), tilt), q_conj(first)),
                   axes = own ? working.axes : q_conj(body->axes);
-    make_frame(plan->map, left, q_mul(q_conj(tilt), axes));
+    set_left_right_map(plan->map, left, q_mul(q_conj(tilt), axes));
     info->period = period.hi * unit;
     info->frequency[0] = two_pi / info->period;
     info->frequency[1] = memory->growth.hi / info->period;
@@ -429,22 +433,26 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
 }
 static kr_state gyrostat_state(const void *plan, double t)
 {
-    return evaluate_torus(gyrostat_after, plan, t);
+    return evaluate_torus(gyrostat_state_after_span, plan, t);
 }
-static kr_state gyrostat_state_at(const void *memory, double first, double second)
+static kr_state gyrostat_state_at_angles(const void *memory, double first, double second)
 {
     const kr_gyrostat_plan *plan = memory;
     const double turns = fraction_of_turns(first);
     const dd whole = two_product(turns, plan->least), half = dd_of(0.5 * fraction_of_turns(second));
-    return gyrostat_kernel(plan, plan->torus.begin, dd_of(turns), dd_add(whole, half));
+    return gyrostat_state_at_phases(plan, plan->torus.begin, dd_of(turns), dd_add(whole, half));
 }
-static size_t used_size(const void *memory)
+static size_t find_used_plan_size(const void *memory)
 {
     const kr_gyrostat_plan *plan = memory;
     return offsetof(kr_gyrostat_plan, coefficient) +
            (size_t)plan->terms * sizeof *plan->coefficient;
 }
-static int suits_any(const kr_scene *scene) { return (void)scene, 1; }
-const kr_exact_scalar KR_NAME(kr_gyrostat_scalar) = {
-    sizeof(kr_gyrostat_plan), sizeof(gyrostat_memory), used_size, suits_any, plan_scene,
-    gyrostat_state,           gyrostat_state_at};
+static int suits_any_scene(const kr_scene *scene) { return (void)scene, 1; }
+const kr_exact_scalar KR_NAME(kr_gyrostat_scalar) = {sizeof(kr_gyrostat_plan),
+                                                     sizeof(gyrostat_memory),
+                                                     find_used_plan_size,
+                                                     suits_any_scene,
+                                                     plan_scene,
+                                                     gyrostat_state,
+                                                     gyrostat_state_at_angles};

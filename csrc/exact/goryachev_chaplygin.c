@@ -101,7 +101,7 @@ static int make_arcs(const chaplygin_curve *o, const dd u[2], chaplygin_arc arc[
     return 1;
 }
 /* Returns P, and writes |u| to `size`. ss and cc are the squares of sin(x/2) and cos(x/2). */
-static dd evaluate_P(const chaplygin_arc *arc, dd ss, dd cc, dd *size)
+static dd evaluate_P_and_size(const chaplygin_arc *arc, dd ss, dd cc, dd *size)
 {
     const chaplygin_curve *o = arc->curve;
     const dd D = dd_add(dd_mul(arc->C, ss), cc);
@@ -116,7 +116,7 @@ static dd evaluate_P(const chaplygin_arc *arc, dd ss, dd cc, dd *size)
     return dd_half(dd_mul(D, dd_sqrt(dd_div(arc->C, dd_abs(product)))));
 }
 /* Fills an arc of the plan, except for its Chebyshev coefficients, its sign and its rate. */
-static void fill_arc(const chaplygin_arc *arc, kr_chaplygin_arc *out)
+static void fill_plan_arc(const chaplygin_arc *arc, kr_chaplygin_arc *out)
 {
     const chaplygin_curve *o = arc->curve;
     out->A = fabs(arc->A.hi);
@@ -135,24 +135,24 @@ static void fill_arc(const chaplygin_arc *arc, kr_chaplygin_arc *out)
     }
 }
 /* Writes the integrands P and |u| P at the angle x with the cosine t->c[i]. */
-static void sample_arc(const void *arc, const cosine_table *t, int i, dd out[3])
+static void sample_integrands(const void *arc, const cosine_table *t, int i, dd out[3])
 {
     const dd c = dd_half(dd_plus(t->c[i], 1.0)), s = dd_half(dd_sub(dd_of(1.0), t->c[i]));
     dd size;
-    out[0] = evaluate_P(arc, s, c, &size);
+    out[0] = evaluate_P_and_size(arc, s, c, &size);
     out[1] = dd_mul(out[0], size);
 }
 /* Sets the averages and the sine series of an arc. Returns 0 if the averages do not converge. */
-static int average_arc(chaplygin_arc *arc, cosine_table *table, samples *v)
+static int average_integrands(chaplygin_arc *arc, cosine_table *table, samples *v)
 {
     const double floor[3] = {0.0, 0.0, 0.0};
     dd mean[3];
-    const int n = average_functions(sample_arc, arc, 2, floor, table, v, mean);
+    const int n = average_functions(sample_integrands, arc, 2, floor, table, v, mean);
     arc->p = mean[0];
     arc->q = mean[1];
     arc->points = n;
     if (n == 0) return 0;
-    for (int k = 0; k < 2; k++) integrate_samples(v->v[k], table, n, arc->sine[k]);
+    for (int k = 0; k < 2; k++) integrate_to_sines(v->v[k], table, n, arc->sine[k]);
     arc->terms = 2;
     for (int k = 0; k < n; k++) {
         arc->sine[0][k] /= arc->p.hi;
@@ -163,7 +163,7 @@ static int average_arc(chaplygin_arc *arc, cosine_table *table, samples *v)
     return 1;
 }
 /* Returns alpha - x (`which` = 0) or the periodic part of t (1) at sin x = s and cos x = c. */
-static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, double c)
+static double sum_arc_sine_series(const chaplygin_arc *arc, int which, double s, double c)
 {
     const double *const term = arc->sine[which], twice = 2.0 * (c - s) * (c + s);
     double even = 0.0, even_before = 0.0, odd = 0.0, odd_before = 0.0;
@@ -252,8 +252,8 @@ static void move_to_alpha(const chaplygin_arc *arc, const kr_chaplygin_arc *e, d
         if (!(at->x >= low && at->x <= high)) at->x = 0.5 * (low + high);
         sincos_turns(dd_times(0.5 * at->x, turns_per_radian()), &at->s, &at->c);
         const double s = at->s, c = at->c, D = e->C * (s * s) + c * c;
-        find_arc_products(e, s * s, c * c, D, products);
-        at->alpha = at->x + sum_arc_sines(arc, 0, 2.0 * s * c, c * c - s * s);
+        multiply_root_factors(e, s * s, c * c, D, products);
+        at->alpha = at->x + sum_arc_sine_series(arc, 0, 2.0 * s * c, c * c - s * s);
         at->slope = 0.5 * D * sqrt(e->C * ends / (products[0] * products[1])) / arc->p.hi;
         if (at->alpha > alpha)
             high = at->x;
@@ -262,7 +262,7 @@ static void move_to_alpha(const chaplygin_arc *arc, const kr_chaplygin_arc *e, d
         if (fabs(alpha - at->alpha) < 1e-9 * at->slope) break;
     }
 }
-static void fill_waves_at_nodes(chaplygin_work *w)
+static void fill_cosines_at_nodes(chaplygin_work *w)
 {
     for (int k = 0; k < CELL_TERMS; k++)
         for (int i = 0; i < CELL_TERMS; i++) {
@@ -286,7 +286,7 @@ static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
         move_to_alpha(arc, e, alpha, at);
         const double s = at->s, c = at->c, rest = alpha - at->alpha;
         value[0][i] = 0.5 * turns_per_radian().hi * ((at->x - alpha) + rest / at->slope);
-        value[1][i] = sum_arc_sines(arc, 1, 2.0 * s * c, c * c - s * s) +
+        value[1][i] = sum_arc_sine_series(arc, 1, 2.0 * s * c, c * c - s * s) +
                       rest * (arc->p.hi * find_chaplygin_point(e, s, c).size - arc->q.hi);
         scale[1] = fmax(scale[1], fabs(value[1][i]));
     }
@@ -334,7 +334,7 @@ static void sample_second_arc(chaplygin_work *w, int n)
         for (int g = 0; g < HEADING_NODES; g++) {
             const dd half =
                 two_sum(0.5 * i / n, 0.25 * plan->ratio / plan->sections * gauss_node[g]);
-            find_points(plan, 1, 1, &half, &w->second[i][g], NULL);
+            find_chaplygin_points(plan, 1, 1, &half, &w->second[i][g], NULL);
         }
     }
 }
@@ -352,7 +352,7 @@ static double find_heading_growth(const chaplygin_work *w, int section, int n, d
         const dd half = dd_of(0.5 * h * (section + gauss_node[g]));
         weight[g] = plan->span * h * gauss_weight[g];
         seventh[g] = 15.0 / 16.0 * x * (-35.0 + xx * (315.0 + xx * (-693.0 + xx * 429.0)));
-        find_points(plan, 0, 0, &half, &first[g], NULL);
+        find_chaplygin_points(plan, 0, 0, &half, &first[g], NULL);
     }
     for (int i = 0; i < n; i++) {
         double highest = growth[i] = 0.0;
@@ -369,7 +369,7 @@ static double find_heading_growth(const chaplygin_work *w, int section, int n, d
 }
 /* Replaces the n samples v of a function of alpha2 by the coefficients of n/2 cosines and n/2 sines
  * of multiples of alpha2. Returns the largest magnitude in the last eighth of both. */
-static double transform_section(chaplygin_work *w, int n, double v[])
+static double convert_samples_to_fourier(chaplygin_work *w, int n, double v[])
 {
     const kr_chaplygin_plan *const plan = &w->plan;
     double last = 0.0;
@@ -411,7 +411,7 @@ static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double mis
 /* Replaces the coefficients of the change of psi after each section (conjugates of G_k) by those of
  * psi on this section (conjugates of B_k), for k < n/2. `ratio` is rho. `half` is half of alpha2
  * [turns] at alpha1 = pi. Returns 0 if there are too many slow terms. */
-static int accumulate_section_changes(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
+static int convert_changes_to_series(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
 {
     plan->slow_terms = 0;
     for (int k = 0; k < n / 2; k++) {
@@ -469,13 +469,13 @@ static int make_sections(chaplygin_work *w, dd ratio, dd half)
             continue;
         }
         for (int j = 0; j < plan->sections; j++)
-            tail = fmax(tail, transform_section(w, n, section + j * n));
+            tail = fmax(tail, convert_samples_to_fourier(w, n, section + j * n));
         if (tail > 1e-16 && n < MOST_SAMPLES && 2 * n * plan->sections <= room) {
             n *= 2;
             continue;
         }
         w->tail = fmax(w->tail, tail);
-        if (!accumulate_section_changes(plan, ratio, n, half)) return 0;
+        if (!convert_changes_to_series(plan, ratio, n, half)) return 0;
         drop_small_terms(plan, n);
         return tail < 1e-14;
     }
@@ -513,7 +513,7 @@ static void set_integrals(torus_start *start, torus_units *way, chaplygin_curve 
 /* Computes the initial u1 and u2, and for each of them a square root of |u| exp(i chi), where
  * u exp(i chi) = (g1 u - L1 g3/2) + i (L2 g3/2 - g2 u). The sign of the second square root follows
  * from L1 - i L2 = -2i * product of the two square roots. */
-static separation find_separation(const torus_start *start)
+static separation find_separation_variables(const torus_start *start)
 {
     const dd *const L = start->momentum, *const g = start->up;
     const dd square = dd_times(0.25, dd_add(dd_square(L[0]), dd_square(L[1]))),
@@ -546,11 +546,11 @@ static dd find_initial_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaply
     const chaplygin_point p = find_chaplygin_point(e, s, c);
     const int first = fabs(root.re.hi) > fabs(root.im.hi);
     if ((first ? p.c * root.re.hi : p.s * root.im.hi) < 0.0) e->sign = -1.0;
-    *time = sum_arc_sines(arc, 1, sine, cosine);
+    *time = sum_arc_sine_series(arc, 1, sine, cosine);
     return dd_add(argument_in_turns(s, c),
-                  dd_times(0.5 * sum_arc_sines(arc, 0, sine, cosine), turns_per_radian()));
+                  dd_times(0.5 * sum_arc_sine_series(arc, 0, sine, cosine), turns_per_radian()));
 }
-static void bound_slip(kr_chaplygin_plan *plan)
+static void set_slip_bound(kr_chaplygin_plan *plan)
 {
     double bound = 0.0;
     for (int j = 0; j < 2; j++) {
@@ -603,7 +603,7 @@ static dd set_mean_angles(kr_chaplygin_plan *plan, dd ratio, const dd half[2], c
 }
 /* Computes the plan, except for the initial heading. Returns the reason for a failure, or
  * KR_REFUSAL_NONE. */
-static kr_refusal analyse_curve(const torus_start *start, chaplygin_work *w)
+static kr_refusal fill_plan_except_heading(const torus_start *start, chaplygin_work *w)
 {
     chaplygin_curve *o = &w->curve;
     kr_chaplygin_plan *plan = &w->plan;
@@ -614,25 +614,25 @@ static kr_refusal analyse_curve(const torus_start *start, chaplygin_work *w)
     /* Two branch points coincide at G = 0. The motion is then computed with a slightly larger G.
      * The difference is below rounding errors, unless the motion is planar and unstable. */
     if (o->G.hi < least) {
-        if (is_planar(start, find_initial_rates(&chaplygin, start))) return KR_REFUSAL_PLANAR;
+        if (is_planar(start, find_rates_and_momentum(&chaplygin, start))) return KR_REFUSAL_PLANAR;
         o->G = dd_of(least);
     }
     const kr_refusal degenerate = find_branch_points(o);
     if (degenerate != KR_REFUSAL_NONE) return degenerate;
-    const separation y = find_separation(start);
+    const separation y = find_separation_variables(start);
     if (!make_arcs(o, y.u, w->arc)) return KR_REFUSAL_START;
     start_cosine_table(&w->table);
     for (int j = 0; j < 2; j++)
-        if (!average_arc(&w->arc[j], &w->table, &w->samples)) return KR_REFUSAL_INTEGRALS;
+        if (!average_integrands(&w->arc[j], &w->table, &w->samples)) return KR_REFUSAL_INTEGRALS;
     w->tail = 0.0;
     plan->first = 0;
-    fill_waves_at_nodes(w);
+    fill_cosines_at_nodes(w);
     for (int j = 0; j < 2; j++) {
-        fill_arc(&w->arc[j], &plan->arc[j]);
+        fill_plan_arc(&w->arc[j], &plan->arc[j]);
         if (!make_cells(w, j)) return KR_REFUSAL_INTEGRALS;
     }
     const dd ratio = set_angle_rates(plan, w->arc);
-    bound_slip(plan);
+    set_slip_bound(plan);
     for (int j = 0; j < 2; j++)
         half[j] = find_initial_angle(&w->arc[j], y.u[j], y.root[j], &plan->arc[j], &time[j]);
     plan->is_even = plan->arc[0].has_sine[0] == plan->arc[1].has_sine[1];
@@ -645,19 +645,19 @@ static kr_refusal make_plan(void *memory, torus_start *start, torus_units *way, 
     chaplygin_work *w = memory;
     kr_chaplygin_plan *plan = &w->plan;
     set_integrals(start, way, &w->curve);
-    const kr_refusal refusal = analyse_curve(start, w);
+    const kr_refusal refusal = fill_plan_except_heading(start, w);
     if (refusal != KR_REFUSAL_NONE) return refusal;
     plan->heading_start = plan->heading_more = 0.0;
-    const kr_quat attitude = chaplygin_kernel(plan, 0.0, dd_of(0.0)).q,
+    const kr_quat attitude = chaplygin_state_after_span(plan, 0.0, dd_of(0.0)).q,
                   turn = q_mul(way->attitude, q_conj(attitude));
     const dd half = argument_in_turns(turn.z, turn.w), *m = start->momentum;
     plan->heading_start = half.hi;
     plan->heading_more = half.lo;
-    const kr_state now = chaplygin_kernel(plan, 0.0, dd_of(0.0));
-    const body_view view = find_body_view(&chaplygin, now);
-    const double span = choose_short_span(&view),
+    const kr_state now = chaplygin_state_after_span(plan, 0.0, dd_of(0.0));
+    const body_view view = find_rates_and_axes(&chaplygin, now);
+    const double span = choose_taylor_span(&view),
                  miss = find_taylor_error(&chaplygin, view, span,
-                                          chaplygin_kernel(plan, span, dd_of(span))),
+                                          chaplygin_state_after_span(plan, span, dd_of(span))),
                  error = find_state_error(now, way->attitude, v3(m[0].hi, m[1].hi, m[2].hi));
     *certificate = fmax(fmax(w->tail, KR_TORUS_ROUNDING), fmax(miss, error));
     return KR_REFUSAL_NONE;
@@ -672,16 +672,16 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
 }
 static kr_state chaplygin_state(const void *plan, double t)
 {
-    return evaluate_torus(chaplygin_kernel, plan, t);
+    return evaluate_torus(chaplygin_state_after_span, plan, t);
 }
-static kr_state chaplygin_state_at(const void *memory, double first, double second)
+static kr_state chaplygin_state_at_angles(const void *memory, double first, double second)
 {
     const kr_chaplygin_plan *plan = memory;
     /* `first` and `second` are half of the mean angles [turns]. If only integer multiples of alpha2
      * occur, `second` is the whole angle. */
     const double part = plan->is_whole ? 0.5 : 1.0;
     const dd mean[2] = {dd_of(fraction_of_turns(first)), dd_of(part * fraction_of_turns(second))};
-    return chaplygin_kernel_at(plan, plan->torus.begin, mean, 0.0);
+    return chaplygin_state_at_phases(plan, plan->torus.begin, mean, 0.0);
 }
 static size_t used_size(const void *memory)
 {
@@ -689,7 +689,7 @@ static size_t used_size(const void *memory)
     const size_t terms = (size_t)(plan->first + 2 * plan->sections * plan->terms);
     return offsetof(kr_chaplygin_plan, term) + terms * sizeof *plan->term;
 }
-static int is_level(const kr_scene *scene) { return scene->start.m.z == 0.0; }
+static int has_level_momentum(const kr_scene *scene) { return scene->start.m.z == 0.0; }
 const kr_exact_scalar KR_NAME(kr_chaplygin_scalar) = {
-    sizeof(kr_chaplygin_plan), sizeof(chaplygin_work), used_size, is_level, plan_scene,
-    chaplygin_state,           chaplygin_state_at};
+    sizeof(kr_chaplygin_plan), sizeof(chaplygin_work),   used_size, has_level_momentum, plan_scene,
+    chaplygin_state,           chaplygin_state_at_angles};

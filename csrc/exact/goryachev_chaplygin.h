@@ -121,7 +121,8 @@ typedef struct chaplygin_point {
 } chaplygin_point;
 /* Writes |p+| D^3/2 and |p-| D^3/2 without the factor s^2 or c^2 of each end of the arc. ss and cc
  * are s^2 and c^2, with the sine s and the cosine c of x/2. */
-INLINE void find_arc_products(const kr_chaplygin_arc *arc, wide ss, wide cc, wide D, wide out[2])
+INLINE void multiply_root_factors(const kr_chaplygin_arc *arc, wide ss, wide cc, wide D,
+                                  wide out[2])
 {
     for (int k = 0; k < 2; k++) {
         out[k] = wide_splat(1.0);
@@ -141,7 +142,7 @@ INLINE chaplygin_point find_chaplygin_point(const kr_chaplygin_arc *arc, wide s,
     const wide ss = s * s, cc = c * c, D = arc->C * ss + cc, one = 1.0 / D;
     const wide scale = arc->sign * (one * wide_sqrt(one));
     wide half[2];
-    find_arc_products(arc, ss, cc, D, half);
+    multiply_root_factors(arc, ss, cc, D, half);
     for (int k = 0; k < 2; k++) {
         wide ends = k ? -scale : scale;
         if (arc->has_sine[k]) ends = ends * s;
@@ -152,8 +153,8 @@ INLINE chaplygin_point find_chaplygin_point(const kr_chaplygin_arc *arc, wide s,
 }
 /* Writes the points on the arcs with the indices `from` to `to`, given half of the torus angle of
  * each [turns], to `out`. Writes the periodic parts of t to `time`, unless `time` is NULL. */
-INLINE void find_points(const kr_chaplygin_plan *plan, int from, int to, const dd half[],
-                        chaplygin_point out[], wide time[])
+INLINE void find_chaplygin_points(const kr_chaplygin_plan *plan, int from, int to, const dd half[],
+                                  chaplygin_point out[], wide time[])
 {
     const int arcs = 1 + to - from;
     cell_place p[2];
@@ -178,7 +179,7 @@ INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd
         chaplygin_point p[2];
         wide time[2];
         for (int j = 0; j < 2; j++) half[j] = phase_plus(mean[j], slip * plan->arc[j].half_rate);
-        find_points(plan, 0, 1, half, p, time);
+        find_chaplygin_points(plan, 0, 1, half, p, time);
         const wide value = plan->mean * slip + (time[0] + time[1]), slope = p[0].size + p[1].size;
         const mask up = wide_less(wide_splat(0.0), value);
         high = wide_choose(up, slip, high);
@@ -213,22 +214,22 @@ static const double gauss_node[HEADING_NODES] = {0.019855071751231884, 0.1016667
 
 /* Returns the change of psi while alpha1 grows by `growth` turns from a section, at which alpha1
  * [turns] and half of alpha2 [turns] have the given values. */
-INLINE wide integrate_heading(const kr_chaplygin_plan *plan, wide alpha1, wide growth,
-                              wide half_alpha2)
+INLINE wide integrate_heading_from_section(const kr_chaplygin_plan *plan, wide alpha1, wide growth,
+                                           wide half_alpha2)
 {
     wide sum = wide_splat(0.0);
     for (int g = 0; g < HEADING_NODES; g++) {
         const wide way = (0.5 * gauss_node[g]) * growth;
         const dd node[2] = {dd_of(0.5 * alpha1 + way), dd_of(half_alpha2 + plan->ratio * way)};
         chaplygin_point p[2];
-        find_points(plan, 0, 1, node, p, NULL);
+        find_chaplygin_points(plan, 0, 1, node, p, NULL);
         sum = sum + gauss_weight[g] * find_heading_rate(p);
     }
     return plan->span * growth * sum;
 }
 /* Returns psi on the section with the index `section`, from its Fourier series, given half of
  * alpha2 [turns]. Clenshaw's recurrences for even and for odd terms are independent. */
-INLINE wide sum_section_series(const kr_chaplygin_plan *plan, wide section, dd half_alpha2)
+INLINE wide sum_heading_series(const kr_chaplygin_plan *plan, wide section, dd half_alpha2)
 {
     const int terms = plan->terms, shift = !plan->is_whole;
     wide c[5], s[5]; /* of multiples of alpha2/2 */
@@ -265,7 +266,7 @@ INLINE wide sum_section_series(const kr_chaplygin_plan *plan, wide section, dd h
 }
 INLINE wide signed_fraction(dd x) { return (x.hi - nearest(x.hi)) + x.lo; }
 /* Returns the sum of the jumps of all slow terms (kr_slow_term) in whole turns of alpha1. */
-INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, wide turns)
+INLINE wide sum_heading_jumps(const kr_chaplygin_plan *plan, wide turns)
 {
     wide sum = wide_splat(0.0);
     for (int i = 0; i < plan->slow_terms; i++) {
@@ -296,21 +297,21 @@ INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide t
                at = section / all, left = (place - at) + side * (2.0 * half[0].lo);
     const dd second =
         phase_plus(dd_make(side * half[1].hi, side * half[1].lo), -0.5 * plan->ratio * left);
-    const wide value = sum_section_series(plan, section, second) +
-                       integrate_heading(plan, at, left, signed_fraction(second));
+    const wide value = sum_heading_series(plan, section, second) +
+                       integrate_heading_from_section(plan, at, left, signed_fraction(second));
     const mask is_odd = wide_less(wide_splat(0.0), wide_abs(0.5 * turn - nearest(0.5 * turn)));
     const wide sign = minus_where(is_odd) * (plan->is_even ? side : wide_splat(1.0));
-    return sign * value + sum_slow_terms(plan, turns + turn);
+    return sign * value + sum_heading_jumps(plan, turns + turn);
 }
 /* Returns the state at `time`. The mean angles are 2 mean[0] + `turns` and 2 mean[1], in turns,
  * where `turns` is a whole number. */
-INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
-                                       wide turns)
+INLINE state_lanes chaplygin_state_at_phases(const kr_chaplygin_plan *plan, wide time,
+                                             const dd mean[2], wide turns)
 {
     dd half[2];
     chaplygin_point p[2];
     find_true_angles(plan, mean, half);
-    find_points(plan, 0, 1, half, p, NULL);
+    find_chaplygin_points(plan, 0, 1, half, p, NULL);
     const wide c1 = p[0].c, c2 = p[1].c, s1 = p[0].s, s2 = p[1].s,
                size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);
     /* psi/2 in turns; the low part of turns_per_radian is below the error of the series */
@@ -328,14 +329,15 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
     r.m.x = unit * (c * c - s * s);
     r.m.y = unit * (2.0 * c * s);
     r.m.z = wide_splat(0.0);
-    r.q = torus_attitude(&plan->torus, s, c, q);
+    r.q = turn_and_convert_attitude(&plan->torus, s, c, q);
     return r;
 }
-INLINE state_lanes chaplygin_kernel(const void *memory, wide time, dd span)
+INLINE state_lanes chaplygin_state_after_span(const void *memory, wide time, dd span)
 {
     const kr_chaplygin_plan *plan = memory;
-    const dd mean[2] = {torus_phase_at(&plan->torus, 0, span),
-                        torus_phase_at(&plan->torus, 1, span)};
-    return chaplygin_kernel_at(plan, time, mean, 2.0 * nearest(span.hi * plan->torus.turn[0].fast));
+    const dd mean[2] = {find_torus_phase(&plan->torus, 0, span),
+                        find_torus_phase(&plan->torus, 1, span)};
+    return chaplygin_state_at_phases(plan, time, mean,
+                                     2.0 * nearest(span.hi * plan->torus.turn[0].fast));
 }
 #endif

@@ -61,8 +61,8 @@ typedef struct exact_lanes {
     vec3_lanes constant;
 } exact_lanes;
 /* Only heavy tops are processed in vector lanes. */
-INLINE int is_euler(const exact_lanes *e) { return (void)e, 0; }
-INLINE mask is_dual(const exact_lanes *e)
+INLINE int is_torque_free(const exact_lanes *e) { return (void)e, 0; }
+INLINE mask uses_dual_nome(const exact_lanes *e)
 {
     return wide_equal(e->curve, wide_splat(LAGRANGE_DUAL));
 }
@@ -73,15 +73,18 @@ typedef kr_state state_lanes;
 typedef kr_theta theta_lanes;
 typedef kr_phase phase_lanes;
 typedef kr_exact_form exact_lanes;
-INLINE int is_euler(const kr_exact_form *e) { return e->curve == EULER || e->curve == EULER_DUAL; }
-INLINE mask is_dual(const kr_exact_form *e)
+INLINE int is_torque_free(const kr_exact_form *e)
+{
+    return e->curve == EULER || e->curve == EULER_DUAL;
+}
+INLINE mask uses_dual_nome(const kr_exact_form *e)
 {
     return e->curve == LAGRANGE_DUAL || e->curve == EULER_DUAL;
 }
 #endif
 /* Copies the `selected` lanes of `from` to `to`, and leaves the other lanes of `to` unchanged. Both
  * arguments point to structures of `bytes` bytes, whose members are all SIMD vectors. */
-INLINE void take_lanes(void *to, const void *from, size_t bytes, mask selected)
+INLINE void copy_selected_lanes(void *to, const void *from, size_t bytes, mask selected)
 {
     for (size_t at = 0; at < bytes; at += sizeof(wide)) {
         wide *old = (wide *)(void *)((char *)to + at);
@@ -117,7 +120,7 @@ INLINE wide drop_tiny_momentum(wide m)
 static inline int is_identity(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
 /* Returns the image of q under the linear map f, given the images f[0] .. f[3] of 1, i, j and k.
  * The members `frame` of closed forms are such maps, to attitudes in the user's axes. */
-INLINE kr_quat apply_frame(const kr_quat f[4], kr_quat q)
+INLINE kr_quat apply_quaternion_map(const kr_quat f[4], kr_quat q)
 {
     return q4((q.w * f[0].w + q.x * f[1].w) + (q.y * f[2].w + q.z * f[3].w),
               v3((q.w * f[0].x + q.x * f[1].x) + (q.y * f[2].x + q.z * f[3].x),
@@ -125,22 +128,22 @@ INLINE kr_quat apply_frame(const kr_quat f[4], kr_quat q)
                  (q.w * f[0].z + q.x * f[1].z) + (q.y * f[2].z + q.z * f[3].z)));
 }
 /* Writes the linear map q -> left * q * right to `frame`. */
-static inline void make_frame(kr_quat frame[4], kr_quat left, kr_quat right)
+static inline void set_left_right_map(kr_quat frame[4], kr_quat left, kr_quat right)
 {
     const double w = left.w, x = left.x, y = left.y, z = left.z;
     const kr_quat columns[4] = {left, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}};
     for (int i = 0; i < 4; i++) frame[i] = q_mul(columns[i], right);
 }
 /* Writes the linear map q -> -i q: attitudes are turned about e1 by half a turn. */
-static inline void make_up_down_exchange(kr_quat frame[4])
+static inline void set_up_down_map(kr_quat frame[4])
 {
-    make_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
+    set_left_right_map(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
 }
 /* Appends the conversion q -> q * conj(axes) of attitudes from internal axes to the user's axes to
  * the linear map `frame`, which counts as the identity if `is_set` is 0. */
-static inline void add_axes_to_frame(kr_quat frame[4], int is_set, kr_quat axes)
+static inline void add_inverse_axes_to_map(kr_quat frame[4], int is_set, kr_quat axes)
 {
-    if (!is_set) make_frame(frame, q_one(), q_one());
+    if (!is_set) set_left_right_map(frame, q_one(), q_one());
     for (int i = 0; i < 4; i++) frame[i] = q_mul(frame[i], q_conj(axes));
 }
 
@@ -154,7 +157,7 @@ INLINE wide nearest(wide x)
  * number of turns. The high word is between 0 and 2. The function two_sum_ordered is exact, because
  * f->start >= 1/2 is at least the other summand. The low word is the rounding error of the high
  * word. Without the low word, the errors of the states would be about twice as large. */
-INLINE dd phase_at(const phase_lanes *f, dd t)
+INLINE dd evaluate_phase(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
     return dd_make(s.hi, ((p.lo + f->more) + (t.hi * f->slow + t.lo * f->fast)) + s.lo);
@@ -227,12 +230,12 @@ INLINE void sinhcosh(dd a, wide *s, wide *c)
     *s = 0.5 * (plus - minus);
     *c = 0.5 * (plus + minus);
 }
-/* poly4 and poly5 return the sum of a[n] s^n for n < 4 or 5; ss is s^2. */
-INLINE wide poly4(const wide a[], wide s, wide ss)
+/* evaluate_cubic and evaluate_quartic return the sum of a[n] s^n for n < 4 or 5; ss is s^2. */
+INLINE wide evaluate_cubic(const wide a[], wide s, wide ss)
 {
     return (a[0] + s * a[1]) + ss * (a[2] + s * a[3]);
 }
-INLINE wide poly5(const wide a[], wide s, wide ss)
+INLINE wide evaluate_quartic(const wide a[], wide s, wide ss)
 {
     return (a[0] + s * a[1]) + ss * ((a[2] + s * a[3]) + ss * a[4]);
 }
@@ -251,11 +254,11 @@ typedef struct factors {
  * phase of alpha and slope[1] z to that of beta. */
 INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, dd t)
 {
-    const dd x = phase_at(&e->nutation, t);
+    const dd x = evaluate_phase(&e->nutation, t);
     wide s, c, sign = wide_splat(1.0), square, quartic;
     factors f;
-    f.first = phase_at(&e->first, t);
-    f.second = phase_at(&e->second, t);
+    f.first = evaluate_phase(&e->first, t);
+    f.second = evaluate_phase(&e->second, t);
     if (dual) {
         /* Since |x| < 2^50, the sum u = x + shift is a multiple of 1/2. Its lowest bit is 1 if the
          * number of half turns nearest to x is odd. The remainder |y| is at most a quarter turn. */
@@ -274,17 +277,17 @@ INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, 
         square = s * s;
     }
     quartic = square * square;
-    f.a_re = sign * s * poly4(e->alpha.even, square, quartic);
-    f.a_im = sign * c * poly4(e->alpha.odd, square, quartic);
+    f.a_re = sign * s * evaluate_cubic(e->alpha.even, square, quartic);
+    f.a_im = sign * c * evaluate_cubic(e->alpha.odd, square, quartic);
     if (dual != euler) {
-        f.b_re = sign * poly5(e->beta.even, square, quartic);
-        f.b_im = sign * s * c * poly5(e->beta.odd, square, quartic);
+        f.b_re = sign * evaluate_quartic(e->beta.even, square, quartic);
+        f.b_im = sign * s * c * evaluate_quartic(e->beta.odd, square, quartic);
     } else {
-        f.b_re = c * poly4(e->beta.even, square, quartic);
-        f.b_im = s * poly4(e->beta.odd, square, quartic);
+        f.b_re = c * evaluate_cubic(e->beta.even, square, quartic);
+        f.b_im = s * evaluate_cubic(e->beta.odd, square, quartic);
     }
-    f.h_re = poly5(e->horizontal.even, square, quartic);
-    f.h_im = s * c * poly5(e->horizontal.odd, square, quartic);
+    f.h_re = evaluate_quartic(e->horizontal.even, square, quartic);
+    f.h_im = s * c * evaluate_quartic(e->horizontal.odd, square, quartic);
     return f;
 }
 /* Returns the state at `time`, which is the initial time plus `span`. The attitude is not in the
@@ -331,8 +334,8 @@ INLINE mask is_span_computable(const exact_lanes *e, wide span)
 /* Writes the real and imaginary parts of alpha, beta and m_x + i m_y at the time `span` after the
  * initial time. All are multiplied by theta4(X), and m_x + i m_y also by a constant. The map
  * e->frame is not applied. The kind of series (`dual`, `euler`) is the same in all lanes. */
-static inline void evaluate_factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
-                                            wide out[6])
+static inline void evaluate_alpha_beta_of_kind(const exact_lanes *e, int dual, int euler, wide span,
+                                               wide out[6])
 {
     const factors f = evaluate_theta_series(e, dual, euler, dd_of(span));
     wide s, c;
@@ -346,20 +349,20 @@ static inline void evaluate_factors_of_kind(const exact_lanes *e, int dual, int 
     out[4] = f.h_re * c - f.h_im * s;
     out[5] = f.h_re * s + f.h_im * c;
 }
-/* Writes the same as evaluate_factors_of_kind, for lanes with series of different kinds. */
-static inline void evaluate_factors(const exact_lanes *e, double span, wide out[6])
+/* Writes the same as evaluate_alpha_beta_of_kind, for lanes with series of different kinds. */
+static inline void evaluate_alpha_beta_momentum(const exact_lanes *e, double span, wide out[6])
 {
-    const mask dual = is_dual(e);
+    const mask dual = uses_dual_nome(e);
     const wide at = wide_splat(span);
     wide some[6];
     if (mask_all(dual)) {
-        evaluate_factors_of_kind(e, 1, is_euler(e), at, out);
+        evaluate_alpha_beta_of_kind(e, 1, is_torque_free(e), at, out);
         return;
     }
-    evaluate_factors_of_kind(e, 0, is_euler(e), at, out);
+    evaluate_alpha_beta_of_kind(e, 0, is_torque_free(e), at, out);
     if (!mask_any(dual)) return;
-    evaluate_factors_of_kind(e, 1, is_euler(e), at, some);
-    take_lanes(out, some, sizeof some, dual);
+    evaluate_alpha_beta_of_kind(e, 1, is_torque_free(e), at, some);
+    copy_selected_lanes(out, some, sizeof some, dual);
 }
 
 static const double two_pi = 6.283185307179586477;
@@ -430,7 +433,7 @@ static inline void multiply_from_right(dd q[4], quat_lanes by)
     q[3] = dot(a, by.z, by.y, -by.x, by.w);
 }
 /* Divides a quaternion by its norm, and returns it in double precision. */
-static inline quat_lanes round_quaternion(const dd q[4])
+static inline quat_lanes round_to_unit_quaternion(const dd q[4])
 {
     const wide w = q[0].hi, x = q[1].hi, y = q[2].hi, z = q[3].hi,
                n = 1.0 / wide_sqrt(w * w + (x * x + y * y + z * z));
@@ -438,11 +441,11 @@ static inline quat_lanes round_quaternion(const dd q[4])
 }
 /* Writes the axis a = q e3 q* / |q|^2, whose height is u = a.e3, and 1 + u. Returns 1 - u. Both
  * numbers are computed from the quaternion, so that no digits are lost near u = -1 or 1. */
-static inline dd find_third_axis(const dd q[4], dd a[3], dd *one_plus_u)
+static inline dd find_axis_and_pole_distances(const dd q[4], dd a[3], dd *one_plus_u)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
              side = dd_add(dd_square(q[1]), dd_square(q[2]));
-    const dd scale = dd_over(dd_splat(2.0), dd_add(up, side)), minus = dd_mul(scale, side);
+    const dd scale = dd_div_fast(dd_splat(2.0), dd_add(up, side)), minus = dd_mul(scale, side);
     *one_plus_u = dd_mul(scale, up);
     a[0] = dd_mul(scale, dd_add(dd_mul(q[1], q[3]), dd_mul(q[0], q[2])));
     a[1] = dd_mul(scale, dd_sub(dd_mul(q[2], q[3]), dd_mul(q[0], q[1])));
@@ -482,13 +485,13 @@ static inline wide sign_of(wide x)
 static inline void set_mean_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
-               wind2 = is_euler(exact) ? wide_splat(0.0) : sign_of(exact->slope[1]);
+               wind2 = is_torque_free(exact) ? wide_splat(0.0) : sign_of(exact->slope[1]);
     exact->period = 0.5 * two_pi / nu;
     exact->precession_rate = (first + second) + (wind1 + wind2) * nu;
     exact->spin_angle_rate = (first - second) + (wind1 - wind2) * nu;
 }
 /* Returns I1, the mean of the two principal moments about the axes normal to T, which are equal. */
-static inline dd equal_moment(const exact_top *top)
+static inline dd find_equatorial_moment(const exact_top *top)
 {
     return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
@@ -505,7 +508,7 @@ static inline exact_top exchange_up_and_down(const exact_top *top)
     r.lever = dd_neg(top->lever);
     return r;
 }
-/* Undoes exchange_up_and_down in a closed form, except in e->frame (see make_up_down_exchange). */
+/* Undoes exchange_up_and_down in a closed form, except in e->frame (see set_up_down_map). */
 static inline void restore_up_and_down(exact_lanes *exact)
 {
     exact->side = wide_splat(-1.0);
@@ -547,7 +550,7 @@ static inline kr_state compute_state_after(const kr_exact_form *e, double t, dd 
         r = evaluate_state(e, 1, 0, t, span);
     else
         r = evaluate_state(e, 1, 1, t, span);
-    if (e->framed != 0.0) r.q = apply_frame(e->frame, r.q);
+    if (e->framed != 0.0) r.q = apply_quaternion_map(e->frame, r.q);
     return r;
 }
 /* Returns the state at the time t, or NaN if t is not finite. If t is finite but is_span_computable

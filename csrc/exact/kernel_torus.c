@@ -7,13 +7,13 @@
 
 void KR_NAME(kr_gyrostat_evaluate)(const void *plan, size_t n, const double t[], kr_state out[])
 {
-    evaluate_torus(gyrostat_after, plan, n, t, out);
+    evaluate_torus(gyrostat_state_after_span, plan, n, t, out);
 }
 void KR_NAME(kr_chaplygin_evaluate)(const void *plan, size_t n, const double t[], kr_state out[])
 {
-    evaluate_torus(chaplygin_kernel, plan, n, t, out);
+    evaluate_torus(chaplygin_state_after_span, plan, n, t, out);
 }
 void KR_NAME(kr_kowalewski_evaluate)(const void *plan, size_t n, const double t[], kr_state out[])
 {
-    evaluate_torus(kowalewski_kernel, plan, n, t, out);
+    evaluate_torus(kowalewski_state_after_span, plan, n, t, out);
 }

@@ -49,7 +49,7 @@ typedef struct kowalewski_arc {
 } kowalewski_arc;
 
 /* Sets the constants and branch points, given a state y = (p, q, r, g1, g2, g3) and l. */
-static void set_curve(kowalewski_curve *o, const dd y[6], dd l)
+static void set_curve_from_state(kowalewski_curve *o, const dd y[6], dd l)
 {
     const dd re = dd_add(dd_sub(dd_square(y[0]), dd_square(y[1])), y[3]),
              im = dd_add(dd_twice(dd_mul(y[0], y[1])), y[4]),
@@ -75,7 +75,7 @@ typedef struct close_roots {
     dd apart;  /* root i minus root j, if `apply` is 1 */
     double resolution;
 } close_roots;
-static close_roots find_close_roots(const kowalewski_curve *o, int i, int j)
+static close_roots find_close_root_difference(const kowalewski_curve *o, int i, int j)
 {
     const int first = i < j ? i : j;
     const dd e = o->root[first], sum = dd_add(o->root[i], o->root[j]), other = dd_add(e, o->h),
@@ -91,9 +91,9 @@ static close_roots find_close_roots(const kowalewski_curve *o, int i, int j)
     return r;
 }
 /* Returns branch point i minus branch point j, or the difference of their real parts. */
-static dd root_difference(const kowalewski_curve *o, int i, int j)
+static dd subtract_roots(const kowalewski_curve *o, int i, int j)
 {
-    const close_roots r = find_close_roots(o, i, j);
+    const close_roots r = find_close_root_difference(o, i, j);
     return r.apply ? r.apart : dd_sub(o->root[i], o->root[j]);
 }
 /* Writes w1 > w2, the roots of (2q)^2 w^2 + 2 R12 w + R1 (Kowalewski's R1 and R12), to w. */
@@ -118,12 +118,12 @@ static void find_kowalewski_variables(const kowalewski_curve *o, dd p, dd q, dd 
 /* The distances of w1 and w2 from the ends of their arcs. */
 typedef struct arc_gaps {
     dd up, down, below; /* k - w1; w1 minus the lower end; the upper end minus w2 */
-    double mismatch;    /* relative error of the unsolved equations (refine_gaps) */
+    double mismatch;    /* relative error of the unsolved equations (refine_end_distances) */
 } arc_gaps;
 /* Returns q^2 (w1 - e)(e - w2) for an end e of an arc, the branch point with index i. With
  * A^2 = 2 (e + h), B^2 = e^2 + c and A B = l, this product is the square of
- *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of re_z (find_arc_gaps) for -k. */
-static dd find_end_product(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
+ *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of re_z (find_end_distances) for -k. */
+static dd find_end_distance_product(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
 {
     const dd e = o->root[i], sum = dd_twice(dd_add(e, o->h)), other = dd_add(dd_square(e), o->c),
              size = dd_sub(dd_add(dd_square(p), dd_square(q)), e);
@@ -139,11 +139,11 @@ static dd find_end_product(const kowalewski_curve *o, int i, dd p, dd q, dd re_z
  * accurate values of (k - w1)(k - w2), of (w1 - e)(e - w2) for the lower end e of the first arc,
  * and of (w1 - e)(e - w2) for the upper end e of the second. Each iteration solves two of these
  * three equations for w1 and w2. The two that are chosen give the fastest convergence. */
-static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
+static void refine_end_distances(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
-    const dd height = root_difference(o, ROOT_K, low), width = root_difference(o, ROOT_K, least),
-             between = root_difference(o, low, least);
+    const dd height = subtract_roots(o, ROOT_K, low), width = subtract_roots(o, ROOT_K, least),
+             between = subtract_roots(o, low, least);
     const double u = gap->down.hi, v = gap->below.hi, d = between.hi, up = gap->up.hi,
                  first = u * v / ((d + v) * (u + d)), second = u * (width.hi + v) / ((d + v) * up),
                  third = up * v / ((width.hi + v) * (u + d));
@@ -169,8 +169,8 @@ static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps
 /* Returns the distances of w1 and w2 from the ends of their arcs in a state
  * y = (p, q, r, g1, g2, g3). With x = p + iq and z = (r x + g3) conj(sqrt(x^2 + g1 + i g2)),
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
- * Such products (see find_end_product) determine the distances to full precision. */
-static arc_gaps find_arc_gaps(const kowalewski_curve *o, const dd y[6])
+ * Such products (see find_end_distance_product) determine the distances to full precision. */
+static arc_gaps find_end_distances(const kowalewski_curve *o, const dd y[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
     const dd p = y[0], q = y[1], r = y[2], square = dd_square(q);
@@ -183,14 +183,14 @@ static arc_gaps find_arc_gaps(const kowalewski_curve *o, const dd y[6])
                     INFINITY};
     if (!(square.hi > 0.0)) return gap;
     const dd product[3] = {dd_div(dd_square(z.im), square),
-                           dd_div(find_end_product(o, low, p, q, z.re), square),
-                           dd_div(find_end_product(o, least, p, q, z.re), square)};
-    refine_gaps(o, product, &gap);
+                           dd_div(find_end_distance_product(o, low, p, q, z.re), square),
+                           dd_div(find_end_distance_product(o, least, p, q, z.re), square)};
+    refine_end_distances(o, product, &gap);
     return gap;
 }
 
 /* Sets the coefficients A, B, C, a and b. `scale` becomes C, or -A if the arc ends at infinity. */
-static void scale_arc(kowalewski_arc *arc, dd scale)
+static void set_arc_coefficients(kowalewski_arc *arc, dd scale)
 {
     const kowalewski_curve *o = arc->curve;
     const int infinite = arc->low == AT_INFINITY;
@@ -198,11 +198,11 @@ static void scale_arc(kowalewski_arc *arc, dd scale)
     arc->B = o->root[arc->high];
     arc->C = infinite ? dd_of(0.0) : scale;
     for (int i = 0; i < ROOTS; i++) {
-        arc->a[i] = infinite ? arc->A : dd_mul(arc->C, root_difference(o, arc->low, i));
-        arc->b[i] = root_difference(o, arc->high, i);
+        arc->a[i] = infinite ? arc->A : dd_mul(arc->C, subtract_roots(o, arc->low, i));
+        arc->b[i] = subtract_roots(o, arc->high, i);
     }
 }
-/* The complex singularities x of an arc's integrands (sample_arc), stored as cos x. Where x
+/* The complex singularities x of an arc's integrands (sample_integrands), stored as cos x. Where x
  * is near 0 or pi, cos x is close to 1 or -1, and doubles would not resolve x. */
 typedef struct singularities {
     int count;
@@ -222,7 +222,7 @@ static cdd convert_cosine_to_sine(cdd cosine)
     return cdd_sqrt(cdd_mul(cdd_sub(one, cosine), cdd_add(one, cosine)));
 }
 /* Returns 1 if Re x is pi/2, 0 if Re x is 0 or pi, and -1 otherwise, given cos x. */
-static int find_symmetry_line(cdd cosine)
+static int classify_real_part_of_angle(cdd cosine)
 {
     const cx s = cdd_high(convert_cosine_to_sine(cosine)), c = cdd_high(cosine);
     const int crosswise = fabs(c.re) < fabs(c.im);
@@ -232,14 +232,14 @@ static int find_symmetry_line(cdd cosine)
 /* Returns the smallest sinh |Im x| of all singularities x. Writes the smallest one for Re x = 0,
  * pi/2 or pi, where a Landen transformation can remove x, to `height`, and whether Re x = pi/2
  * there (1 or 0) to `crosswise`. */
-static double find_nearest_singularity(const singularities *v, dd *height, int *crosswise)
+static double find_singularity_heights(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
     *height = dd_of(INFINITY);
     *crosswise = 0;
     for (int i = 0; i < v->count; i++) {
         const dd here = sinh_of_imaginary_part(v->cosine[i]);
-        const int line = find_symmetry_line(v->cosine[i]);
+        const int line = classify_real_part_of_angle(v->cosine[i]);
         least = fmin(least, here.hi);
         if (line >= 0 && here.hi < height->hi) *height = here, *crosswise = line;
     }
@@ -264,7 +264,7 @@ static singularities find_singularities(const kowalewski_arc *arc)
  * With u = cos x and v = cos y (if `crosswise` is nonzero, u = sin x and v = sin y), the
  * transformation is m u v^2 - (1 + m) v + u = 0. A singularity at u disappears if this equation for
  * v has a double root. There is a new singularity at v = 1/m. */
-static singularities move_singularities(const singularities *from, dd m, int crosswise)
+static singularities apply_landen_to_singularities(const singularities *from, dd m, int crosswise)
 {
     const dd plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);
     singularities to = {0};
@@ -289,7 +289,7 @@ static double choose_landen_transformations(kowalewski_arc *arc)
     singularities now = find_singularities(arc);
     dd height;
     int crosswise, folds = 0;
-    double best = find_nearest_singularity(&now, &height, &crosswise);
+    double best = find_singularity_heights(&now, &height, &crosswise);
     for (arc->folds = 0; arc->folds < FOLDS && best < 0.6;) {
         if (!(height.hi > 1e-12)) break;
         /* tanh |Im x|, and the modulus that removes this singularity x */
@@ -297,8 +297,8 @@ static double choose_landen_transformations(kowalewski_arc *arc)
                  m = dd_div(dd_sub(dd_of(1.0), slope), dd_plus(slope, 1.0));
         arc->fold[arc->folds] = m;
         arc->crosswise[arc->folds++] = crosswise;
-        now = move_singularities(&now, m, crosswise);
-        const double least = find_nearest_singularity(&now, &height, &crosswise);
+        now = apply_landen_to_singularities(&now, m, crosswise);
+        const double least = find_singularity_heights(&now, &height, &crosswise);
         if (least > 1.2 * best) {
             best = least;
             folds = arc->folds;
@@ -308,10 +308,10 @@ static double choose_landen_transformations(kowalewski_arc *arc)
     return best;
 }
 /* Sets the coefficients and the Landen transformations of an arc such that its averages converge
- * fast. `scale` is the best argument of scale_arc if all branch points are real. */
-static void choose_scale(kowalewski_arc *arc, dd scale)
+ * fast. `scale` is the best argument of set_arc_coefficients if all branch points are real. */
+static void choose_arc_scale(kowalewski_arc *arc, dd scale)
 {
-    scale_arc(arc, scale);
+    set_arc_coefficients(arc, scale);
     const double plain = choose_landen_transformations(arc);
     const kowalewski_curve *o = arc->curve;
     if (!o->pair || plain > 0.6) return;
@@ -323,7 +323,7 @@ static void choose_scale(kowalewski_arc *arc, dd scale)
         scale = dd_sqrt(up);
     else
         scale = dd_sqrt(dd_div(up, dd_add(dd_square(dd_sub(o->root[arc->low], o->root[1])), im)));
-    scale_arc(arc, scale);
+    set_arc_coefficients(arc, scale);
     if (choose_landen_transformations(arc) < plain) *arc = old;
 }
 /* Sets up the arc of w1, between the largest two real branch points, and the arc of w2, from minus
@@ -338,10 +338,10 @@ static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
     arc[0].high = high;
     arc[1].low = AT_INFINITY;
     arc[1].high = least;
-    choose_scale(&arc[0],
-                 dd_sqrt(dd_div(root_difference(o, high, below), root_difference(o, low, below))));
-    choose_scale(&arc[1], dd_sqrt(dd_mul(root_difference(o, above, least),
-                                         root_difference(o, high, least))));
+    choose_arc_scale(
+        &arc[0], dd_sqrt(dd_div(subtract_roots(o, high, below), subtract_roots(o, low, below))));
+    choose_arc_scale(
+        &arc[1], dd_sqrt(dd_mul(subtract_roots(o, above, least), subtract_roots(o, high, least))));
 }
 /* Replaces the sine and cosine of y by those of x, and returns dx/dy. The code exchanges values
  * instead of pointers to avoid an optimizer error in gcc 12.2 at -O1. */
@@ -378,7 +378,7 @@ static void apply_landen_transformations(const kowalewski_arc *arc, dd *s, dd *c
     }
 }
 /* Writes N and D, and returns R. ss and cc are the squares of sin(x/2) and cos(x/2). */
-static dd evaluate_arc(const kowalewski_arc *arc, dd ss, dd cc, dd *N, dd *D)
+static dd evaluate_N_D_R(const kowalewski_arc *arc, dd ss, dd cc, dd *N, dd *D)
 {
     const kowalewski_curve *o = arc->curve;
     dd product = dd_of(1.0);
@@ -403,7 +403,7 @@ static dd evaluate_arc(const kowalewski_arc *arc, dd ss, dd cc, dd *N, dd *D)
  * multiple of 1/(N - w0 D) that has the same residue is subtracted. The integral of this multiple
  * is the argument of sqrt(b) cos x/2 + i sqrt(a) sin x/2, which kowalewski.h adds. */
 /* Returns branch point i minus the pole w, computed without cancellation. */
-static dd root_minus_pole(const kowalewski_curve *o, int i, dd w)
+static dd subtract_pole_from_root(const kowalewski_curve *o, int i, dd w)
 {
     const dd difference = dd_sub(o->root[i], w), sum = dd_add(o->root[i], w),
              other = dd_add(o->root[i], o->h);
@@ -419,11 +419,11 @@ static void set_heading_poles(kowalewski_arc *arc)
     const int infinite = arc->low == AT_INFINITY, end = infinite ? arc->high : arc->low;
     const dd next = ordered_root(o, infinite ? 1 : o->real - 3), w0 = dd_sqrt(dd_neg(o->c));
     for (int i = 0; i < 2; i++) {
-        const dd w = i ? dd_neg(w0) : w0, rest = root_minus_pole(o, end, w);
+        const dd w = i ? dd_neg(w0) : w0, rest = subtract_pole_from_root(o, end, w);
         const double side = infinite ? -1.0 : 1.0; /* sign of arc - pole: poles lie in gaps */
         heading_pole *p = &arc->pole[i];
         p->a = infinite ? arc->A : dd_mul(arc->C, rest);
-        p->b = infinite ? rest : root_minus_pole(o, arc->high, w);
+        p->b = infinite ? rest : subtract_pole_from_root(o, arc->high, w);
         /* If l = 0, the heading changes only if the pole is at the end of the arc. */
         p->is_adjacent = o->c.hi <= 0.0 && side * dd_sub(w, next).hi >= 0.0 &&
                          (o->l.hi != 0.0 || rest.hi == 0.0);
@@ -432,14 +432,14 @@ static void set_heading_poles(kowalewski_arc *arc)
 }
 /* Writes the integrands of an arc at the angle y with the cosine t->c[i]: dt/dy, w dt/dy, and the
  * integrand of the heading, for |l|, minus the terms for poles next to the arc. */
-static void sample_arc(const void *data, const cosine_table *t, int i, dd out[3])
+static void sample_integrands(const void *data, const cosine_table *t, int i, dd out[3])
 {
     const kowalewski_arc *arc = data;
     const kowalewski_curve *o = arc->curve;
     dd N, D, sine = t->c[i < GRID / 2 ? GRID / 2 - i : i - GRID / 2], cosine = t->c[i];
     const dd slope = invert_landen_transformations(arc, &sine, &cosine),
              c = dd_half(dd_plus(cosine, 1.0)), s = dd_half(dd_sub(dd_of(1.0), cosine)),
-             R = dd_mul(slope, evaluate_arc(arc, s, c, &N, &D)),
+             R = dd_mul(slope, evaluate_N_D_R(arc, s, c, &N, &D)),
              g = dd_mul(dd_abs(o->l), dd_mul(dd_square(D), R));
     out[0] = dd_mul(D, R);
     out[1] = dd_mul(N, R);
@@ -456,13 +456,13 @@ static void sample_arc(const void *data, const cosine_table *t, int i, dd out[3]
     }
 }
 /* Sets the averages and the poles of an arc. Returns 0 if the averages do not converge. */
-static int average_arc(kowalewski_arc *arc, cosine_table *table, samples *v)
+static int average_integrands(kowalewski_arc *arc, cosine_table *table, samples *v)
 {
     double floor[3] = {0.0, 0.0, 0.0};
     set_heading_poles(arc);
     for (int i = 0; i < 2; i++) floor[2] += arc->pole[i].is_adjacent ? 0.5 : 0.0;
     dd mean[3];
-    arc->points = average_functions(sample_arc, arc, 3, floor, table, v, mean);
+    arc->points = average_functions(sample_integrands, arc, 3, floor, table, v, mean);
     arc->p = mean[0];
     arc->q = mean[1];
     arc->turn = mean[2];
@@ -474,8 +474,8 @@ static int average_arc(kowalewski_arc *arc, cosine_table *table, samples *v)
  *     (p2 w dt - q2 dt)/det  and  (p1 w dt - q1 dt)/det,
  * with a minus sign for the second arc, where F has the opposite sign. The integrand of the heading
  * contains multiples of these differentials, which can be large, and are subtracted first. */
-static void integrate_arc(kowalewski_arc arc[2], int j, dd det, const cosine_table *table,
-                          samples *v)
+static void set_arc_sine_series(kowalewski_arc arc[2], int j, dd det, const cosine_table *table,
+                                samples *v)
 {
     const kowalewski_curve *o = arc->curve;
     const double side = j ? -1.0 : 1.0, turn = o->l.hi < 0.0 ? -side : side;
@@ -495,28 +495,28 @@ static void integrate_arc(kowalewski_arc arc[2], int j, dd det, const cosine_tab
         v->v[1][i] = two;
         v->v[2][i] = dd_sub(heading, o->l.hi < 0.0 ? dd_neg(known) : known);
     }
-    for (int i = 0; i < 3; i++) integrate_samples(v->v[i], table, arc[j].points, arc[j].sine[i]);
+    for (int i = 0; i < 3; i++) integrate_to_sines(v->v[i], table, arc[j].points, arc[j].sine[i]);
 }
 /* Computes the averages over both arcs, the sine series, and the rates of the two torus angles and
  * of the heading (without the factors for poles, see kowalewski.h). `table` and `v` are working
- * memory. Returns 0 if an average does not converge or det <= 0 (integrate_arc). */
-static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
-                        samples v[2], dd rate[3])
+ * memory. Returns 0 if an average does not converge or det <= 0 (set_arc_sine_series). */
+static int set_series_and_rates(const kowalewski_curve *o, kowalewski_arc arc[2],
+                                cosine_table *table, samples v[2], dd rate[3])
 {
     start_cosine_table(table);
     for (int j = 0; j < 2; j++)
-        if (!average_arc(&arc[j], table, &v[j])) return 0;
+        if (!average_integrands(&arc[j], table, &v[j])) return 0;
     const dd det = dd_sub(dd_mul(arc[1].p, arc[0].q), dd_mul(arc[0].p, arc[1].q));
     for (int j = 0; j < 2; j++) {
         rate[j] = dd_div(arc[1 - j].p, det);
-        integrate_arc(arc, j, det, table, &v[j]);
+        set_arc_sine_series(arc, j, det, table, &v[j]);
     }
     const dd heading = dd_sub(dd_mul(arc[0].turn, rate[0]), dd_mul(arc[1].turn, rate[1]));
     rate[2] = o->l.hi < 0.0 ? dd_neg(heading) : heading;
     return det.hi > 0.0;
 }
 /* Adds the arc's sine series in theta1 and theta2, at sin y = s and cos y = c, to `theta`. */
-static void add_sines(const kowalewski_arc *arc, double s, double c, double theta[2])
+static void add_sine_series(const kowalewski_arc *arc, double s, double c, double theta[2])
 {
     for (int i = 0; i < 2; i++) {
         double b1 = 0.0, b2 = 0.0;
@@ -535,7 +535,7 @@ enum { ORDER = 12 }; /* of Taylor series */
 typedef struct start_point {
     double s, c, angle, theta[2];
 } start_point;
-static cdd complex_root(const kowalewski_curve *o, int i)
+static cdd get_root_as_complex(const kowalewski_curve *o, int i)
 {
     if (!o->pair || i == 0 || i >= ROOT_K) return cdd_of_real(o->root[i]);
     return cdd_of(o->root[1], i == 1 ? o->root[2] : dd_neg(o->root[2]));
@@ -570,8 +570,8 @@ static void sum_taylor_series(dd c[6][ORDER + 1], double span, dd out[6])
  * end of the arc. If the lower end is at infinity, `lower` is not used. `next_upper` is the value
  * of `upper` a short time later, and determines the sign of x. Returns 0 if the point is too close
  * to an end: |sin(x/2)| or |cos(x/2)| is at most `least`. */
-static int find_start_point(const kowalewski_arc *arc, dd upper, dd lower, dd next_upper,
-                            double least, start_point *out)
+static int locate_on_arc(const kowalewski_arc *arc, dd upper, dd lower, dd next_upper, double least,
+                         start_point *out)
 {
     const dd none = dd_of(0.0), up = dd_max(upper, none),
              down = arc->low == AT_INFINITY ? dd_neg(arc->A) : dd_mul(arc->C, dd_max(lower, none)),
@@ -590,7 +590,7 @@ static int find_start_point(const kowalewski_arc *arc, dd upper, dd lower, dd ne
     const double turns = argument_in_turns(sine.hi, cosine.hi).hi;
     out->angle = two_pi * (sine.hi < 0.0 && turns > 0.0 ? turns - 1.0 : turns);
     out->theta[0] = out->theta[1] = 0.0;
-    add_sines(arc, sine.hi, cosine.hi, out->theta);
+    add_sine_series(arc, sine.hi, cosine.hi, out->theta);
     return 1;
 }
 /* Finds the first state `at` after the initial state `start` in which neither w1 nor w2 is close to
@@ -611,10 +611,9 @@ static double find_initial_angles(const kowalewski_curve *o, const kowalewski_ar
         if (i == 0) expand_taylor_series(at, series);
         sum_taylor_series(series, (i + 1) * moment, at);
         sum_taylor_series(series, (i + 1 + 0x1p-20) * moment, later);
-        const arc_gaps gap = find_arc_gaps(o, at), next = find_arc_gaps(o, later);
-        if (!find_start_point(&arc[0], gap.up, gap.down, next.up, least, &point[0])) continue;
-        if (!find_start_point(&arc[1], gap.below, gap.below, next.below, least, &point[1]))
-            continue;
+        const arc_gaps gap = find_end_distances(o, at), next = find_end_distances(o, later);
+        if (!locate_on_arc(&arc[0], gap.up, gap.down, next.up, least, &point[0])) continue;
+        if (!locate_on_arc(&arc[1], gap.below, gap.below, next.below, least, &point[1])) continue;
         for (int j = 0; j < 2; j++)
             theta[j] = point[j].angle + (point[0].theta[j] + point[1].theta[j]) -
                        (step + 1) * moment * rate[j].hi;
@@ -636,11 +635,11 @@ typedef struct kowalewski_work {
     samples samples[2];
     dd rate[3];        /* of theta1, theta2 and the heading */
     double start[2];   /* initial theta1 and theta2 */
-    double separatrix; /* see separatrix_error */
+    double separatrix; /* see estimate_frequency_error */
 } kowalewski_work;
 /* Returns 1 if the upper end of the first arc is k, and w1 and w2 lie on their arcs. This condition
  * has not been proved, but holds for 1e6 random tops (docs/theory/closed_form.md). */
-static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
+static int is_state_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
     const double slack = 1e-12;
     dd w[2];
@@ -651,47 +650,47 @@ static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
            dd_sub(least, w[1]).hi >= -slack * (1.0 + fabs(least.hi));
 }
 /* Returns the distance of branch points i and j in the complex plane, divided by 1 + k. */
-static double root_distance(const kowalewski_curve *o, int i, int j)
+static double find_root_distance(const kowalewski_curve *o, int i, int j)
 {
     const int pi = o->pair && i == 2 ? 1 : i, pj = o->pair && j == 2 ? 1 : j;
-    return cx_abs(cx_of(root_difference(o, pi, pj).hi,
-                        dd_sub(complex_root(o, i).im, complex_root(o, j).im).hi)) /
+    return cx_abs(cx_of(subtract_roots(o, pi, pj).hi,
+                        dd_sub(get_root_as_complex(o, i).im, get_root_as_complex(o, j).im).hi)) /
            (1.0 + o->k.hi);
 }
-/* Returns the relative error of root_distance: 1e-31/distance or, for two roots of phi,
+/* Returns the relative error of find_root_distance: 1e-31/distance or, for two roots of phi,
  * 1e-31/distance^2, because nearly equal roots of a polynomial lose up to half of their digits. */
-static double distance_relative_error(const kowalewski_curve *o, int i, int j)
+static double estimate_distance_error(const kowalewski_curve *o, int i, int j)
 {
-    const double distance = root_distance(o, i, j), digits = 1e-31;
+    const double distance = find_root_distance(o, i, j), digits = 1e-31;
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
 }
 /* Returns the largest relative error of the distances on whose logarithms the frequencies depend:
  * from each arc to the next branch point and, if an arc passes between them, from e1 to e2. */
-static double separatrix_error(const kowalewski_curve *o)
+static double estimate_frequency_error(const kowalewski_curve *o)
 {
     const int top = o->real - 2;
-    double most = fmax(distance_relative_error(o, o->order[top], o->order[top - 1]),
-                       distance_relative_error(o, o->order[0], o->order[1]));
+    double most = fmax(estimate_distance_error(o, o->order[top], o->order[top - 1]),
+                       estimate_distance_error(o, o->order[0], o->order[1]));
     if (o->pair) {
         const double re = o->root[1].hi;
         if ((re > ordered_root(o, top).hi && re < o->k.hi) || re < ordered_root(o, 0).hi)
-            most = fmax(most, distance_relative_error(o, 1, 2));
+            most = fmax(most, estimate_distance_error(o, 1, 2));
     }
     return most;
 }
 /* Returns the smallest distance of two branch points, divided by 1 + k. If close_roots applies to
  * two points, its `resolution` replaces their distance. */
-static double least_distance(const kowalewski_curve *o)
+static double find_least_root_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
     for (int i = 0; i < ROOTS; i++)
         for (int j = 0; j < i; j++) {
-            const close_roots r = find_close_roots(o, i, j);
-            least = fmin(least, r.apply ? r.resolution : root_distance(o, i, j));
+            const close_roots r = find_close_root_difference(o, i, j);
+            least = fmin(least, r.apply ? r.resolution : find_root_distance(o, i, j));
         }
     return least;
 }
-static void fill_arc(const kowalewski_arc *from, kr_kowalewski_arc *to)
+static void fill_plan_arc(const kowalewski_arc *from, kr_kowalewski_arc *to)
 {
     const kowalewski_curve *o = from->curve;
     const int infinite = from->low == AT_INFINITY;
@@ -741,13 +740,13 @@ static void store_root_pair(const kowalewski_curve *o, cdd one, cdd two, double 
     out[0] = one.re.hi;
     out[1] = o->pair ? one.im.hi : two.re.hi;
 }
-static void fill_roots(const kowalewski_curve *o, kr_kowalewski_plan *plan)
+static void fill_koetter_constants(const kowalewski_curve *o, kr_kowalewski_plan *plan)
 {
-    const cdd first = cdd_sub(complex_root(o, 0), complex_root(o, 1)),
-              second = cdd_sub(complex_root(o, 0), complex_root(o, 2));
+    const cdd first = cdd_sub(get_root_as_complex(o, 0), get_root_as_complex(o, 1)),
+              second = cdd_sub(get_root_as_complex(o, 0), get_root_as_complex(o, 2));
     cdd A[3], B[3];
     for (int i = 0; i < 3; i++) {
-        const cdd e = complex_root(o, i), l = cdd_of_real(o->l);
+        const cdd e = get_root_as_complex(o, i), l = cdd_of_real(o->l);
         A[i] = cdd_sqrt(cdd_scale(dd_of(2.0), cdd_add(e, cdd_of_real(o->h))));
         B[i] = cdd_sqrt(cdd_add(cdd_mul(e, e), cdd_of_real(o->c)));
         if (cdd_abs_square(A[i]).hi > cdd_abs_square(B[i]).hi)
@@ -773,7 +772,8 @@ static void fill_roots(const kowalewski_curve *o, kr_kowalewski_plan *plan)
 /* Sets plan->sign, the constant signs of Koetter's square roots: one for each root of phi, one for
  * each arc and one for Z (evaluate_frame). With these signs, the formulas give p, q, r and g3 of
  * `state`, at the points `point` of the arcs, with the smallest error. Returns this error. */
-static double find_signs(kr_kowalewski_plan *plan, const start_point point[2], const dd state[6])
+static double find_koetter_signs(kr_kowalewski_plan *plan, const start_point point[2],
+                                 const dd state[6])
 {
     arc_point at[2];
     double best = INFINITY, sign[6] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
@@ -786,7 +786,7 @@ static double find_signs(kr_kowalewski_plan *plan, const start_point point[2], c
     for (int all = 0; all < 32; all++) {
         for (int i = 0; i < 5; i++) plan->sign[i] = all >> i & 1 ? -1.0 : 1.0;
         if (plan->pair && plan->sign[1] != plan->sign[2]) continue;
-        const koetter_state s = evaluate_koetter(plan, plan->pair, &at[0], &at[1]);
+        const koetter_state s = evaluate_koetter_formulas(plan, plan->pair, &at[0], &at[1]);
         const double miss =
             fmax(v_largest(v3(s.p.v - p, s.q.v - q, s.r.v - r)) / size, fabs(s.g3.v - g3));
         if (!(miss < best)) continue;
@@ -805,29 +805,30 @@ static double find_signs(kr_kowalewski_plan *plan, const start_point point[2], c
 }
 /* Computes the members of w, and the arcs and Koetter's constants in w->plan, for the initial state
  * `start` = (p, q, r, g1, g2, g3). Returns the reason for a failure, or KR_REFUSAL_NONE. */
-static kr_refusal analyse_curve(const dd start[6], dd l, kowalewski_work *w)
+static kr_refusal find_arcs_and_initial_angles(const dd start[6], dd l, kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;
     kowalewski_curve *o = &w->curve;
-    set_curve(o, start, l);
+    set_curve_from_state(o, start, l);
     /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
     if (!(fabs(o->h.hi) < 1e12)) return KR_REFUSAL_COINCIDENT;
-    w->separatrix = separatrix_error(o);
+    w->separatrix = estimate_frequency_error(o);
     if (!(w->separatrix < 1e-14)) return KR_REFUSAL_SEPARATRIX;
-    const double distance = least_distance(o);
+    const double distance = find_least_root_distance(o);
     if (!(distance > 1e-24)) return KR_REFUSAL_COINCIDENT;
     /* The formulas for the initial state divide by the distances between branch points. */
     const int unresolved = distance < 1e-12;
-    if (!is_on_arcs(o, start)) return unresolved ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
+    if (!is_state_on_arcs(o, start)) return unresolved ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
     make_arcs(o, w->arc);
-    if (!average_arcs(o, w->arc, &w->table, w->samples, w->rate)) return KR_REFUSAL_INTEGRALS;
-    fill_roots(o, plan);
-    for (int j = 0; j < 2; j++) fill_arc(&w->arc[j], &plan->arc[j]);
+    if (!set_series_and_rates(o, w->arc, &w->table, w->samples, w->rate))
+        return KR_REFUSAL_INTEGRALS;
+    fill_koetter_constants(o, plan);
+    for (int j = 0; j < 2; j++) fill_plan_arc(&w->arc[j], &plan->arc[j]);
     start_point point[2];
     dd state[6];
     const double mismatch = find_initial_angles(o, w->arc, w->rate, start, point, state, w->start);
     const int is_known = mismatch < 1e-13;
-    if (is_known && find_signs(plan, point, state) < 1e-6) return KR_REFUSAL_NONE;
+    if (is_known && find_koetter_signs(plan, point, state) < 1e-6) return KR_REFUSAL_NONE;
     return unresolved                    ? KR_REFUSAL_COINCIDENT
            : !is_known && mismatch < 1.0 ? KR_REFUSAL_SEPARATRIX
                                          : KR_REFUSAL_START;
@@ -869,14 +870,14 @@ static void fill_guess_table(kr_kowalewski_plan *plan)
             arc_angle y[2];
             if (i + j > 0) d[0] = before[0], d[1] = before[1];
             for (int k = 0; k < NEWTON_STEPS && !(size < 1e-3); k++) {
-                for (int n = 0; n < 2; n++) y[n] = angle_plus_radians(theta[n], d[n]);
+                for (int n = 0; n < 2; n++) y[n] = make_arc_angle(theta[n], d[n]);
                 size = find_newton_step(plan, plan->some_terms, y, d, &unused, step);
                 for (int n = 0; n < 2; n++) d[n] -= step[n];
             }
             for (int n = 0; n < 2; n++) plan->guess[i][j][n] = (float)d[n];
         }
 }
-static double dot_nodes(const signed char a[4], const signed char b[4])
+static double dot_entries(const signed char a[4], const signed char b[4])
 {
     int dot = 0;
     for (int i = 0; i < 4; i++) dot += a[i] * b[i];
@@ -891,24 +892,24 @@ static double fill_sign_table(kr_kowalewski_plan *plan, int n)
     arc_angle angle[NODES];
     double least = 1.0;
     plan->nodes = n;
-    for (int i = 0; i < n; i++) angle[i] = angle_plus_radians(dd_of(first_node + 2.0 * i / n), 0.0);
+    for (int i = 0; i < n; i++) angle[i] = make_arc_angle(dd_of(first_node + 2.0 * i / n), 0.0);
     for (int i = 0; i < n * n; i++) {
         const arc_angle y[2] = {angle[i / n], angle[i % n]};
-        const frame_state f = find_frame(plan, y);
-        const kr_quat q = find_quaternion(&f);
+        const frame_state f = find_accurate_frame(plan, y);
+        const kr_quat q = convert_frame_to_quaternion(&f);
         const double part[4] = {q.w, q.x, q.y, q.z};
         signed char *to = node + 4 * i, *before = to - 4 * (i % n > 0 ? 1 : i > 0 ? n : 0);
         for (int k = 0; k < 4; k++)
             to[k] = (signed char)(fabs(part[k]) <= 1.0 ? nearest(127.0 * part[k]) : 0.0);
-        if (dot_nodes(before, to) < 0.0)
+        if (dot_entries(before, to) < 0.0)
             for (int k = 0; k < 4; k++) to[k] = (signed char)-to[k];
     }
     const int corner[2] = {n * (n - 1), n - 1};
-    for (int j = 0; j < 2; j++) plan->half_turns[j] = dot_nodes(node + 4 * corner[j], node) < 0.0;
+    for (int j = 0; j < 2; j++) plan->half_turns[j] = dot_entries(node + 4 * corner[j], node) < 0.0;
     for (int i = 0; i < n * n; i++) {
         const int one = (i + n) % (n * n), two = (i + 1) % n + i / n * n;
-        const double across = dot_nodes(node + 4 * i, node + 4 * one),
-                     along = dot_nodes(node + 4 * i, node + 4 * two);
+        const double across = dot_entries(node + 4 * i, node + 4 * one),
+                     along = dot_entries(node + 4 * i, node + 4 * two);
         least = fmin(least, one < i && plan->half_turns[0] != 0.0 ? -across : across);
         least = fmin(least, two < i && plan->half_turns[1] != 0.0 ? -along : along);
     }
@@ -953,13 +954,14 @@ static double find_largest_error(const kr_kowalewski_plan *plan, int points)
         /* Multiples of two irrational numbers fill the torus evenly. */
         dd phase[3] = {dd_of(fraction_of_turns(0.7548776662466927 * i)),
                        dd_of(fraction_of_turns(0.5698402909980532 * i)), dd_of(0.0)};
-        const body_view now = find_body_view(&kowalewski, kowalewski_kernel_at(plan, 0.0, phase));
-        const double span = choose_short_span(&now);
+        const body_view now =
+            find_rates_and_axes(&kowalewski, kowalewski_state_at_phases(plan, 0.0, phase));
+        const double span = choose_taylor_span(&now);
         for (int j = 0; j < 3; j++) {
             const kr_phase *p = &plan->torus.turn[j];
             phase[j] = dd_add(phase[j], dd_times(span, dd_make(p->fast, p->slow)));
         }
-        const kr_state later = kowalewski_kernel_at(plan, 0.0, phase);
+        const kr_state later = kowalewski_state_at_phases(plan, 0.0, phase);
         miss = fmax(miss, find_taylor_error(&kowalewski, now, span, later));
     }
     return miss;
@@ -970,14 +972,14 @@ static kr_refusal make_plan(void *memory, torus_start *start, torus_units *way, 
     kr_kowalewski_plan *plan = &w->plan;
     const dd *m = start->momentum, *up = start->up,
              state[6] = {dd_half(m[0]), dd_half(m[1]), m[2], up[0], up[1], up[2]};
-    const kr_refusal refusal = analyse_curve(state, start->vertical, w);
+    const kr_refusal refusal = find_arcs_and_initial_angles(state, start->vertical, w);
     if (refusal != KR_REFUSAL_NONE) return refusal;
     if (!(fill_plan(w) > 0.25)) return KR_REFUSAL_SEPARATRIX;
-    const kr_quat q = way->attitude, at = kowalewski_kernel(plan, 0.0, dd_of(0.0)).q;
+    const kr_quat q = way->attitude, at = kowalewski_state_after_span(plan, 0.0, dd_of(0.0)).q;
     const cx alpha = cx_mul(cx_of(q.w, q.z), cx_of(at.w, -at.z)),
              beta = cx_mul(cx_of(q.x, q.y), cx_of(at.x, -at.y)), both = cx_add(alpha, beta);
     set_initial_phase(&plan->torus.turn[2], argument_in_turns(both.im, both.re));
-    const kr_state now = kowalewski_kernel(plan, 0.0, dd_of(0.0));
+    const kr_state now = kowalewski_state_after_span(plan, 0.0, dd_of(0.0));
     double error = fmax(find_state_error(now, q, v3(m[0].hi, m[1].hi, m[2].hi)),
                         find_largest_error(plan, FEW_POINTS));
     if (error > KR_TORUS_ROUNDING) error = fmax(error, find_largest_error(plan, MANY_POINTS));
@@ -993,15 +995,15 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
 }
 static kr_state kowalewski_state(const void *plan, double t)
 {
-    return evaluate_torus(kowalewski_kernel, plan, t);
+    return evaluate_torus(kowalewski_state_after_span, plan, t);
 }
 static kr_state kowalewski_state_at_angles(const void *memory, double first, double second)
 {
     const kr_kowalewski_plan *plan = memory;
     const kr_torus *torus = &plan->torus;
     const dd phase[3] = {dd_of(fraction_of_turns(first)), dd_of(fraction_of_turns(second)),
-                         torus_phase_at(torus, 2, dd_of(0.0))};
-    return kowalewski_kernel_at(plan, torus->begin, phase);
+                         find_torus_phase(torus, 2, dd_of(0.0))};
+    return kowalewski_state_at_phases(plan, torus->begin, phase);
 }
 static size_t used_size(const void *memory)
 {
@@ -1009,7 +1011,7 @@ static size_t used_size(const void *memory)
     return offsetof(kr_kowalewski_plan, harmonic) + (size_t)plan->terms * sizeof *plan->harmonic +
            4 * (size_t)(plan->nodes * plan->nodes);
 }
-static int suits_any(const kr_scene *scene) { return (void)scene, 1; }
+static int suits_any_scene(const kr_scene *scene) { return (void)scene, 1; }
 const kr_exact_scalar KR_NAME(kr_kowalewski_scalar) = {
-    sizeof(kr_kowalewski_plan), sizeof(kowalewski_work),   used_size, suits_any, plan_scene,
+    sizeof(kr_kowalewski_plan), sizeof(kowalewski_work),   used_size, suits_any_scene, plan_scene,
     kowalewski_state,           kowalewski_state_at_angles};

@@ -70,13 +70,13 @@ typedef struct kr_kowalewski_plan {
     float guess[STARTS][STARTS][2]; /* y1 - theta1 and y2 - theta2 at equidistant theta1, theta2 */
     kr_kowalewski_arc arc[2];
     int nodes; /* number of angles of each arc in the table of signs, a power of two */
-    /* The harmonics, and after them the table of signs (kr_kowalewski_nodes). */
+    /* The harmonics, and after them the table of signs (get_kowalewski_sign_table). */
     kr_harmonic harmonic[HARMONICS + NODES * NODES / 16];
 } kr_kowalewski_plan;
 /* Returns the table of signs. A quaternion is chosen from +-q by its scalar product with the entry
  * nearest to (y1, y2). For nodes * nodes pairs (y1, y2) in two turns each, the table contains 127
  * times the quaternion that results if the phase and the sine series of psi are left out. */
-static inline const signed char *kr_kowalewski_nodes(const kr_kowalewski_plan *plan)
+static inline const signed char *get_kowalewski_sign_table(const kr_kowalewski_plan *plan)
 {
     return (const signed char *)(plan->harmonic + plan->terms);
 }
@@ -104,13 +104,13 @@ typedef struct arc_angle {
 #if defined KR_EXACT_LANES || LANES_OF_SERIES == 1
 typedef wide series_group;
 enum { GROUP = 1 };
-INLINE series_group load_series(const double *p) { return wide_splat(*p); }
+INLINE series_group load_series_coefficients(const double *p) { return wide_splat(*p); }
 /* Returns `one` for series in y1 and `two` for series in y2: GROUP series from index i on. */
 INLINE series_group choose_by_arc(int i, wide one, wide two) { return i % 2 ? two : one; }
 #else
 typedef double series_group __attribute__((vector_size(8 * LANES_OF_SERIES)));
 enum { GROUP = LANES_OF_SERIES };
-INLINE series_group load_series(const double *p)
+INLINE series_group load_series_coefficients(const double *p)
 {
     series_group r;
     memcpy(&r, p, sizeof r);
@@ -132,7 +132,7 @@ INLINE series_group choose_by_arc(int i, wide one, wide two)
 typedef struct multiples {
     series_group s[5], c[5];
 } multiples;
-INLINE multiples find_multiples(series_group s, series_group c)
+INLINE multiples find_sines_of_multiples(series_group s, series_group c)
 {
     multiples m;
     m.s[1] = s, m.c[1] = c;
@@ -144,7 +144,7 @@ INLINE multiples find_multiples(series_group s, series_group c)
 /* Returns the sums of the first n terms of GROUP sine series; n is a multiple of 4. `first` points
  * to their coefficients for k = 1 in a kr_harmonic. Clenshaw's recurrence is applied to every
  * fourth term: the processor computes the four independent recurrences in parallel. */
-INLINE series_group sum_sines(const double *first, int n, const multiples *m)
+INLINE series_group sum_series_group(const double *first, int n, const multiples *m)
 {
     const int row = sizeof(kr_harmonic) / sizeof(double);
     const series_group twice = 2.0 * m->c[4], zero = twice - twice;
@@ -152,7 +152,7 @@ INLINE series_group sum_sines(const double *first, int n, const multiples *m)
     for (int k = n - 4; k >= 0; k -= 4)
         for (int i = 0; i < 4; i++) {
             const series_group old = b[i];
-            b[i] = twice * b[i] + (load_series(first + (k + i) * row) - next[i]);
+            b[i] = twice * b[i] + (load_series_coefficients(first + (k + i) * row) - next[i]);
             next[i] = old;
         }
     return ((m->s[1] * b[0] + m->s[3] * next[0]) + m->s[2] * (b[1] + next[1])) +
@@ -164,9 +164,9 @@ INLINE void sum_sine_series(const kr_kowalewski_plan *plan, const double *first,
                             const arc_angle y[2], wide value[4])
 {
     for (int at = 0; at < count; at += GROUP) {
-        const multiples m =
-            find_multiples(choose_by_arc(at, y[0].s, y[1].s), choose_by_arc(at, y[0].c, y[1].c));
-        const series_group sum = sum_sines(first + at, plan->terms, &m);
+        const multiples m = find_sines_of_multiples(choose_by_arc(at, y[0].s, y[1].s),
+                                                    choose_by_arc(at, y[0].c, y[1].c));
+        const series_group sum = sum_series_group(first + at, plan->terms, &m);
         memcpy(&value[at], &sum, sizeof sum);
     }
 }
@@ -174,7 +174,7 @@ INLINE void sum_sine_series(const kr_kowalewski_plan *plan, const double *first,
 typedef struct angle_series {
     wide value[4], slope[4], bend[4];
 } angle_series;
-INLINE angle_series sum_angle_derivatives(const kr_harmonic *harmonic, int n, const arc_angle y[2])
+INLINE angle_series sum_series_derivatives(const kr_harmonic *harmonic, int n, const arc_angle y[2])
 {
     angle_series r;
     for (int at = 0; at < 4; at += GROUP) {
@@ -187,7 +187,7 @@ INLINE angle_series sum_angle_derivatives(const kr_harmonic *harmonic, int n, co
         for (int k = n - 1; k > 0; k -= 2) /* the terms k and k + 1 */
             for (int i = 0; i < 2; i++) {
                 const double order = k + i;
-                const series_group a = load_series(&harmonic[k - 1 + i].angle[at]),
+                const series_group a = load_series_coefficients(&harmonic[k - 1 + i].angle[at]),
                                    terms[3] = {a, order * a, order * order * a};
                 for (int m = 0; m < 3; m++) {
                     const series_group old = b[m][i];
@@ -209,7 +209,7 @@ INLINE dd turns_plus_radians(dd turns, wide radians)
 {
     return dd_make(turns.hi, turns.lo + 0.15915494309189534561 * radians);
 }
-INLINE arc_angle angle_plus_radians(dd turns, wide radians)
+INLINE arc_angle make_arc_angle(dd turns, wide radians)
 {
     arc_angle y;
     y.turns = turns_plus_radians(turns, radians);
@@ -218,7 +218,7 @@ INLINE arc_angle angle_plus_radians(dd turns, wide radians)
 }
 
 /* Writes the weights of four values, at -1, 0, 1 and 2, for cubic interpolation at x. */
-static inline void find_cubic_weights(double x, double out[4])
+static inline void find_interpolation_weights(double x, double out[4])
 {
     const double a = x + 1.0, b = x - 1.0, c = x - 2.0;
     out[0] = -(1.0 / 6.0) * x * (b * c);
@@ -227,7 +227,7 @@ static inline void find_cubic_weights(double x, double out[4])
     out[3] = (1.0 / 6.0) * a * (x * b);
 }
 /* Interpolates d = y - theta [rad] in the table `guess`, for theta between -2 and 2 turns. */
-INLINE void guess_angles(const kr_kowalewski_plan *plan, const dd theta[2], wide d[2])
+INLINE void guess_angle_offsets(const kr_kowalewski_plan *plan, const dd theta[2], wide d[2])
 {
     double angle[2][LANES], out[2][LANES];
     for (int j = 0; j < 2; j++) wide_store(angle[j], theta[j].hi);
@@ -237,7 +237,7 @@ INLINE void guess_angles(const kr_kowalewski_plan *plan, const dd theta[2], wide
         for (int j = 0; j < 2; j++) {
             const double at = STARTS * (angle[j][lane] + 2.0);
             from[j] = at >= 0.0 && at < 4.0 * STARTS ? (int)at : 0; /* NaN: any */
-            find_cubic_weights(at - from[j], weight[j]);
+            find_interpolation_weights(at - from[j], weight[j]);
         }
         for (int i = 0; i < 4; i++) {
             const float (*row)[2] = plan->guess[(from[0] + i - 1) & (STARTS - 1)];
@@ -275,7 +275,7 @@ INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const ar
                              const wide d[2], jacobian *after, wide step[2])
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
-    const angle_series series = sum_angle_derivatives(plan->harmonic, terms, y);
+    const angle_series series = sum_series_derivatives(plan->harmonic, terms, y);
     const jacobian inverse = invert_jacobian(&series, zero, zero);
     const wide r = d[0] + (series.value[0] + series.value[1]),
                s = d[1] + (series.value[2] + series.value[3]);
@@ -299,8 +299,8 @@ INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const ar
 }
 /* Sets the angles y to theta + d, where d has just decreased by `step`. In the lanes of `are_small`
  * (step < SMALL_STEP), a Taylor polynomial in the step updates the sine and cosine of y. */
-INLINE void move_angles(const dd theta[2], const wide d[2], const wide step[2], mask are_small,
-                        arc_angle y[2])
+INLINE void update_arc_angles(const dd theta[2], const wide d[2], const wide step[2],
+                              mask are_small, arc_angle y[2])
 {
     for (int j = 0; j < 2; j++) {
         const wide u = step[j], s = y[j].s - u * (y[j].c + 0.5 * u * y[j].s),
@@ -310,7 +310,7 @@ INLINE void move_angles(const dd theta[2], const wide d[2], const wide step[2], 
             y[j].s = s;
             y[j].c = c;
         } else {
-            y[j] = angle_plus_radians(theta[j], d[j]);
+            y[j] = make_arc_angle(theta[j], d[j]);
             y[j].s = wide_choose(are_small, s, y[j].s);
             y[j].c = wide_choose(are_small, c, y[j].c);
         }
@@ -343,8 +343,8 @@ APART void search_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], 
         found = mask_or(found, mask_not(wide_equal(theta[j].hi, theta[j].hi)));
     for (int i = 0; i < SEARCH_STEPS && !mask_all(found); i++) {
         arc_angle y[2];
-        for (int j = 0; j < 2; j++) y[j] = angle_plus_radians(theta[j], at[j]);
-        const angle_series series = sum_angle_derivatives(plan->harmonic, plan->terms, y);
+        for (int j = 0; j < 2; j++) y[j] = make_arc_angle(theta[j], at[j]);
+        const angle_series series = sum_series_derivatives(plan->harmonic, plan->terms, y);
         const wide *v = series.value, *u = series.slope, one = at[0] + (v[0] + v[1]),
                    two = at[1] + (v[2] + v[3]);
         const double *p = plan->p, *q = plan->q;
@@ -379,17 +379,17 @@ INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], a
     jacobian inverse = {{one, one}, {one, one}};
     const mask none = wide_less(one, one);
     mask found = none, near = none;
-    guess_angles(plan, theta, d);
-    for (int j = 0; j < 2; j++) y[j] = angle_plus_radians(theta[j], d[j]);
+    guess_angle_offsets(plan, theta, d);
+    for (int j = 0; j < 2; j++) y[j] = make_arc_angle(theta[j], d[j]);
     for (int i = 0; i < NEWTON_STEPS && !mask_all(near); i++) {
         jacobian after;
         const wide size = find_newton_step(plan, plan->some_terms, y, d, &after, step);
         const mask moves = mask_not(LANES == 1 ? none : near);
-        take_lanes(&inverse, &after, sizeof inverse, moves);
+        copy_selected_lanes(&inverse, &after, sizeof inverse, moves);
         inexact = wide_choose(moves, size * size, inexact);
         for (int j = 0; j < 2; j++) {
             d[j] = wide_choose(moves, d[j] - step[j], d[j]);
-            y[j] = angle_plus_radians(theta[j], d[j]);
+            y[j] = make_arc_angle(theta[j], d[j]);
         }
         /* The error after the step is about the cube of the size of the step. */
         near = mask_or(near, wide_less(size, wide_splat(2e-3)));
@@ -403,15 +403,15 @@ INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], a
         step[1] = wide_choose(moves, inverse.two[0] * r + inverse.two[1] * s, zero);
         const wide size = wide_max(wide_abs(step[0]), wide_abs(step[1]));
         for (int j = 0; j < 2; j++) d[j] = d[j] - step[j];
-        move_angles(theta, d, step, wide_less(size, wide_splat(SMALL_STEP)), y);
+        update_arc_angles(theta, d, step, wide_less(size, wide_splat(SMALL_STEP)), y);
         found =
             mask_or(found, mask_and(near, wide_less(size * (inexact + 1e-8), wide_splat(3e-16))));
     }
     if (mask_all(found)) return;
     search_arc_angles(plan, theta, found, d);
     for (int j = 0; j < 2; j++) {
-        const arc_angle other = angle_plus_radians(theta[j], d[j]);
-        take_lanes(&y[j], &other, sizeof other, mask_not(found));
+        const arc_angle other = make_arc_angle(theta[j], d[j]);
+        copy_selected_lanes(&y[j], &other, sizeof other, mask_not(found));
     }
 }
 
@@ -437,7 +437,7 @@ INLINE dual dual_add(dual a, dual b) { return dual_of(a.v + b.v, a.d + b.d); }
 INLINE dual dual_sub(dual a, dual b) { return dual_of(a.v - b.v, a.d - b.d); }
 INLINE dual dual_mul(dual a, dual b) { return dual_of(a.v * b.v, a.d * b.v + a.v * b.d); }
 INLINE dual dual_scale(double s, dual a) { return dual_of(s * a.v, s * a.d); }
-INLINE dual dual_quotient(dual a, dual b)
+INLINE dual dual_div(dual a, dual b)
 {
     const wide q = a.v / b.v;
     return dual_of(q, (a.d - q * b.d) / b.v);
@@ -460,7 +460,7 @@ INLINE pair pair_mul(int complex, pair a, pair b)
     return r;
 }
 /* Multiplies the values at e1 and e2 by `one` and `two`, which must be equal for complex roots. */
-INLINE pair pair_scale(double one, double two, pair a)
+INLINE pair pair_scale_each(double one, double two, pair a)
 {
     return (pair){dual_scale(one, a.one), dual_scale(two, a.two)};
 }
@@ -481,12 +481,12 @@ INLINE dual pair_product(int complex, pair a)
 /* Returns the divided difference (f1 - f2)/(e1 - e2) of the values f1 and f2 at e1 and e2, or
  * square/(f1 + f2) if this is more accurate. The argument `square` is (f1^2 - f2^2)/(e1 - e2), and
  * `terms` is the sum of the magnitudes of the terms of `square`. */
-INLINE dual first_difference(const kr_kowalewski_plan *plan, int complex, pair f, dual square,
-                             wide terms)
+INLINE dual find_divided_difference(const kr_kowalewski_plan *plan, int complex, pair f,
+                                    dual square, wide terms)
 {
     const dual sum = pair_sum(complex, f),
                way = complex ? dual_scale(2.0, f.two) : dual_sub(f.one, f.two),
-               plain = dual_scale(plan->one_apart, way), other = dual_quotient(square, sum);
+               plain = dual_scale(plan->one_apart, way), other = dual_div(square, sum);
     const wide zero = wide_splat(0.0), same = complex ? f.one.v * f.one.v : f.one.v * f.two.v;
     const mask better =
         mask_and(wide_less(zero, same), wide_less(terms * fabs(plan->apart), sum.v * sum.v));
@@ -497,7 +497,7 @@ INLINE dual first_difference(const kr_kowalewski_plan *plan, int complex, pair f
 typedef struct half_angle {
     wide s, c, cosine;
 } half_angle;
-INLINE half_angle find_half_angle(const kr_kowalewski_arc *arc, const arc_angle *y)
+INLINE half_angle convert_y_to_half_x(const kr_kowalewski_arc *arc, const arc_angle *y)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
     wide s = y->s, c = y->c;
@@ -580,7 +580,7 @@ INLINE arc_point find_arc_point(const kr_kowalewski_arc *arc, int complex, half_
     return r;
 }
 /* Returns the function R of an arc, where |dw/F| = D R dx. */
-INLINE wide find_arc_density(const kr_kowalewski_arc *arc, int complex, const arc_point *at)
+INLINE wide find_differential_factor(const kr_kowalewski_arc *arc, int complex, const arc_point *at)
 {
     wide product = arc->low == AT_INFINITY ? wide_splat(1.0) : at->d.v;
     if (arc->low != 0 && arc->high != 0) product = product * at->g0.v;
@@ -598,7 +598,7 @@ typedef struct koetter_state {
     wide r_terms; /* the size of the terms of r */
 } koetter_state;
 /* Returns f[e0, e1, e2], given f0 = f(e0), first = f[e1, e2] and sum = f(e1) + f(e2). */
-INLINE dual second_difference(const kr_kowalewski_plan *plan, dual f0, dual first, dual sum)
+INLINE dual find_second_difference(const kr_kowalewski_plan *plan, dual f0, dual first, dual sum)
 {
     return dual_scale(plan->one_product, dual_sub(dual_sub(f0, dual_scale(0.5, sum)),
                                                   dual_scale(plan->middle, first)));
@@ -615,9 +615,9 @@ typedef struct koetter_products {
     wide V0_terms;
 } koetter_products;
 /* Returns the divided difference (F G)[e0, e1, e2]. */
-INLINE dual second_difference_of_FG(const kr_kowalewski_plan *plan, int complex,
-                                    const koetter_terms *t, const koetter_products *k, dual D1,
-                                    dual D2)
+INLINE dual find_difference_of_FG(const kr_kowalewski_plan *plan, int complex,
+                                  const koetter_terms *t, const koetter_products *k, dual D1,
+                                  dual D2)
 {
     const pair f = pair_mul(complex, t->F, k->G), UW = pair_mul(complex, k->U, k->W),
                other = pair_swap(complex, t->square),
@@ -626,38 +626,38 @@ INLINE dual second_difference_of_FG(const kr_kowalewski_plan *plan, int complex,
     const dual main = dual_scale(t->slope, UW.one),
                square = dual_add(main, dual_sub(up.one, down.one));
     const wide terms = wide_abs(main.v) + (wide_abs(up.one.v) + wide_abs(down.one.v));
-    return second_difference(plan, dual_scale(t->F0, k->G0),
-                             first_difference(plan, complex, f, square, terms),
-                             pair_sum(complex, f));
+    return find_second_difference(plan, dual_scale(t->F0, k->G0),
+                                  find_divided_difference(plan, complex, f, square, terms),
+                                  pair_sum(complex, f));
 }
 /* Returns the divided difference (F V)[e0, e1, e2]. Writes the sum of the magnitudes of the terms
  * of (F V)[e1, e2] to `size`. */
-INLINE dual second_difference_of_FV(const kr_kowalewski_plan *plan, int complex,
-                                    const koetter_terms *t, const koetter_products *k, wide *size)
+INLINE dual find_difference_of_FV(const kr_kowalewski_plan *plan, int complex,
+                                  const koetter_terms *t, const koetter_products *k, wide *size)
 {
     const pair X = pair_mul(complex, t->F, k->X), Y = pair_mul(complex, t->F, k->Y),
                UW = pair_mul(complex, k->U, pair_swap(complex, k->W)),
                WU = pair_mul(complex, k->W, pair_swap(complex, k->U));
     const dual rest = dual_mul(pair_swap(complex, t->square).one, k->Dl),
                up = dual_scale(t->slope, UW.one), down = dual_scale(t->slope, WU.one);
-    const dual DX = first_difference(plan, complex, X, dual_sub(up, rest),
-                                     wide_abs(up.v) + wide_abs(rest.v)),
-               DY = first_difference(plan, complex, Y, dual_add(down, rest),
-                                     wide_abs(down.v) + wide_abs(rest.v));
+    const dual DX = find_divided_difference(plan, complex, X, dual_sub(up, rest),
+                                            wide_abs(up.v) + wide_abs(rest.v)),
+               DY = find_divided_difference(plan, complex, Y, dual_add(down, rest),
+                                            wide_abs(down.v) + wide_abs(rest.v));
     const dual x = dual_mul(k->x, DX), y = dual_mul(k->y, DY);
     *size = wide_abs(x.v) + wide_abs(y.v);
-    return second_difference(
+    return find_second_difference(
         plan, dual_scale(t->F0, k->V0), dual_sub(x, y),
         dual_sub(dual_mul(k->x, pair_sum(complex, X)), dual_mul(k->y, pair_sum(complex, Y))));
 }
 /* Returns Dl = N1 D2 - N2 D1, the numerator of w1 - w2. */
-INLINE dual find_difference_numerator(const arc_point *one, const arc_point *two)
+INLINE dual find_w_difference_numerator(const arc_point *one, const arc_point *two)
 {
     return dual_add(dual_mul(dual_mul(one->g0, one->g0), two->D),
                     dual_mul(dual_mul(two->g0, two->g0), one->D));
 }
-INLINE koetter_state evaluate_koetter(const kr_kowalewski_plan *plan, int complex,
-                                      const arc_point *one, const arc_point *two)
+INLINE koetter_state evaluate_koetter_formulas(const kr_kowalewski_plan *plan, int complex,
+                                               const arc_point *one, const arc_point *two)
 {
     const double *sign = plan->sign, sqrt2 = 1.41421356237309504880;
     const koetter_terms A = {pair_of(plan->A), pair_of(plan->A_square), plan->A0, 2.0},
@@ -667,27 +667,26 @@ INLINE koetter_state evaluate_koetter(const kr_kowalewski_plan *plan, int comple
                up = dual_mul(dual_mul(H1, pair_product(complex, two->g)), one->g0),
                down = dual_mul(dual_mul(H2, pair_product(complex, one->g)), two->g0);
     koetter_products k;
-    k.G = pair_scale(sign[1], sign[2], pair_mul(complex, one->g, two->g));
-    k.X = pair_scale(sign[2], sign[1], pair_mul(complex, one->g, pair_swap(complex, two->g)));
-    k.Y = pair_scale(sign[2], sign[1], pair_mul(complex, two->g, pair_swap(complex, one->g)));
+    k.G = pair_scale_each(sign[1], sign[2], pair_mul(complex, one->g, two->g));
+    k.X = pair_scale_each(sign[2], sign[1], pair_mul(complex, one->g, pair_swap(complex, two->g)));
+    k.Y = pair_scale_each(sign[2], sign[1], pair_mul(complex, two->g, pair_swap(complex, one->g)));
     k.U = pair_mul(complex, one->g, one->g);
     k.W = pair_mul(complex, two->g, two->g);
     k.G0 = dual_scale(sign[0], dual_mul(one->g0, two->g0));
     k.V0 = dual_scale(sign[1] * sign[2], dual_sub(up, down));
     k.x = dual_scale(sign[0], dual_mul(H1, two->g0));
     k.y = dual_scale(sign[0], dual_mul(H2, one->g0));
-    k.Dl = find_difference_numerator(one, two);
+    k.Dl = find_w_difference_numerator(one, two);
     wide size, unused;
     koetter_state s;
-    s.a = second_difference_of_FG(plan, complex, &A, &k, one->D, two->D);
-    const dual b = second_difference_of_FG(plan, complex, &B, &k, one->D, two->D),
-               under = dual_mul(s.a, k.Dl),
-               v = second_difference_of_FV(plan, complex, &A, &k, &size),
-               u = second_difference_of_FV(plan, complex, &B, &k, &unused);
-    s.p = dual_quotient(dual_scale(-1.0, b), s.a);
-    s.q = dual_quotient(dual_scale(-1.0, dual_mul(one->d, two->d)), s.a);
-    s.r = dual_quotient(dual_scale(sqrt2, v), under);
-    s.g3 = dual_quotient(dual_scale(sqrt2, u), under);
+    s.a = find_difference_of_FG(plan, complex, &A, &k, one->D, two->D);
+    const dual b = find_difference_of_FG(plan, complex, &B, &k, one->D, two->D),
+               under = dual_mul(s.a, k.Dl), v = find_difference_of_FV(plan, complex, &A, &k, &size),
+               u = find_difference_of_FV(plan, complex, &B, &k, &unused);
+    s.p = dual_div(dual_scale(-1.0, b), s.a);
+    s.q = dual_div(dual_scale(-1.0, dual_mul(one->d, two->d)), s.a);
+    s.r = dual_div(dual_scale(sqrt2, v), under);
+    s.g3 = dual_div(dual_scale(sqrt2, u), under);
     s.r_terms = sqrt2 *
                 (fabs(plan->A0) * (wide_abs(up.v) + wide_abs(down.v)) + fabs(plan->middle) * size) *
                 fabs(plan->one_product) / wide_abs(under.v);
@@ -705,7 +704,7 @@ typedef struct heading_vector {
     wide x, y, z, square, terms, re, im;
 } heading_vector;
 /* Removes the vertical part of v. `terms` is the sum of the magnitudes of the terms of v. */
-INLINE void make_horizontal(heading_vector *v, const body_state *b, wide terms)
+INLINE void remove_vertical(heading_vector *v, const body_state *b, wide terms)
 {
     const wide n = v->x * b->g1 + v->y * b->g2 + v->z * b->g3;
     v->x = v->x - n * b->g1;
@@ -716,7 +715,8 @@ INLINE void make_horizontal(heading_vector *v, const body_state *b, wide terms)
 }
 INLINE void keep_better_vector(heading_vector *best, const heading_vector *v)
 {
-    take_lanes(best, v, sizeof *v, wide_less(best->square * v->terms, v->square * best->terms));
+    copy_selected_lanes(best, v, sizeof *v,
+                        wide_less(best->square * v->terms, v->square * best->terms));
 }
 INLINE heading_vector find_vector_C(const body_state *b, wide S, wide S_terms)
 {
@@ -726,7 +726,7 @@ INLINE heading_vector find_vector_C(const body_state *b, wide S, wide S_terms)
     v.y = 0.5 * (S - b->q * b->r) * (S + b->q * b->r) + Q2 * b->g1;
     v.z = b->q * (b->p * S + Q2 * b->r);
     v.re = wide_splat(1.0), v.im = wide_splat(0.0);
-    make_horizontal(&v, b,
+    remove_vertical(&v, b,
                     Q * R * S_terms + Q2 * (wide_abs(b->g1) + wide_abs(b->g2)) +
                         wide_abs(S) * S_terms + 0.5 * Q2 * R * R + Q * (P * S_terms + Q2 * R));
     return v;
@@ -751,7 +751,7 @@ INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
     const wide terms = S_terms * (R * (G1 + G2) + 2.0 * P * (wide_abs(b->g3) + G2)) +
                        2.0 * Q * (g22 + 2.0 * P * (P * G1 + Q * G2) + G1 * G2 + Q * L) +
                        Q * R * (L + 2.0 * P * G1);
-    make_horizontal(&v, b, terms);
+    remove_vertical(&v, b, terms);
     const wide F1 = sqrt2 * one->g0.v * pair_product(complex, one->g).v,
                F2 = sqrt2 * two->g0.v * pair_product(complex, two->g).v,
                u1 = l * one->h.v * one->d.v, u2 = l * two->h.v * two->d.v;
@@ -764,9 +764,10 @@ INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
  * is a substitute for C where C and B (find_vector_B) are nearly vertical. `rate` is dx/dt. If rho
  * is the length of the horizontal part of C, that of V is (rho' + i rho psi') exp(i psi) as a
  * complex number, where rho^2 = K1 K2/a^4, and K = N^2 + c D^2 on each arc. */
-INLINE heading_vector find_vector_V(const kr_kowalewski_plan *plan, const koetter_state *s,
-                                    const body_state *b, wide S, const arc_point *one,
-                                    const arc_point *two, const half_angle x[2], const wide rate[2])
+INLINE heading_vector find_derivative_of_C(const kr_kowalewski_plan *plan, const koetter_state *s,
+                                           const body_state *b, wide S, const arc_point *one,
+                                           const arc_point *two, const half_angle x[2],
+                                           const wide rate[2])
 {
     const wide P = b->p, Q = b->q, R = b->r, g1 = b->g1, g2 = b->g2, Pd = s->p.d, Qd = s->q.d,
                Rd = g2, Sd = (g1 * Q - g2 * P) + Pd * R + P * Rd, g1d = g2 * R - b->g3 * Q,
@@ -786,7 +787,7 @@ INLINE heading_vector find_vector_V(const kr_kowalewski_plan *plan, const koette
                        Q * Q * (wide_abs(g1d) + wide_abs(g2d)) + bQ * (aP * aS + Q * Q * aR) +
                        aQ * (bP * aS + aP * aSd + 2.0 * aQ * bQ * aR + Q * Q * bR) +
                        (aP + aQ + aR) * (wide_abs(C1) + wide_abs(C2) + wide_abs(C3));
-    make_horizontal(&v, b, terms);
+    remove_vertical(&v, b, terms);
     wide K[2], K_rate[2];
     for (int j = 0; j < 2; j++) {
         const kr_kowalewski_arc *arc = &plan->arc[j];
@@ -825,17 +826,17 @@ INLINE frame_state evaluate_frame(const kr_kowalewski_plan *plan, int complex, i
     half_angle x[2];
     wide rate[2] = {zero, zero};
     arc_point one, two;
-    for (int j = 0; j < 2; j++) x[j] = find_half_angle(&plan->arc[j], &y[j]);
+    for (int j = 0; j < 2; j++) x[j] = convert_y_to_half_x(&plan->arc[j], &y[j]);
     if (with_rates) { /* dw/F = D R dx, so that x1' = D2/(Dl R1) and x2' = D1/(Dl R2) */
         one = find_arc_point(&plan->arc[0], complex, x[0], zero);
         two = find_arc_point(&plan->arc[1], complex, x[1], zero);
-        const wide Dl = find_difference_numerator(&one, &two).v;
-        rate[0] = two.D.v / (Dl * find_arc_density(&plan->arc[0], complex, &one));
-        rate[1] = one.D.v / (Dl * find_arc_density(&plan->arc[1], complex, &two));
+        const wide Dl = find_w_difference_numerator(&one, &two).v;
+        rate[0] = two.D.v / (Dl * find_differential_factor(&plan->arc[0], complex, &one));
+        rate[1] = one.D.v / (Dl * find_differential_factor(&plan->arc[1], complex, &two));
     }
     one = find_arc_point(&plan->arc[0], complex, x[0], rate[0]);
     two = find_arc_point(&plan->arc[1], complex, x[1], rate[1]);
-    const koetter_state s = evaluate_koetter(plan, complex, &one, &two);
+    const koetter_state s = evaluate_koetter_formulas(plan, complex, &one, &two);
     const wide P = s.p.v, Q = s.q.v, g3 = s.g3.v;
     wide R = s.r.v;
     const mask is_lost = wide_less(12.0 * (1.0 + wide_abs(R)), s.r_terms);
@@ -868,10 +869,10 @@ INLINE frame_state evaluate_frame(const kr_kowalewski_plan *plan, int complex, i
     keep_better_vector(&best, &B);
     const mask is_poor = wide_less(best.square, 1e-3 * best.terms);
     if (with_rates && mask_any(is_poor)) {
-        const heading_vector V = find_vector_V(plan, &s, &b, S, &one, &two, x, rate);
+        const heading_vector V = find_derivative_of_C(plan, &s, &b, S, &one, &two, x, rate);
         heading_vector other = best;
         keep_better_vector(&other, &V);
-        take_lanes(&best, &other, sizeof best, is_poor);
+        copy_selected_lanes(&best, &other, sizeof best, is_poor);
     }
     if (!with_rates) {
         const mask cancels =
@@ -901,8 +902,8 @@ INLINE frame_state evaluate_frame(const kr_kowalewski_plan *plan, int complex, i
     f.row[2][0] = b.g1, f.row[2][1] = b.g2, f.row[2][2] = b.g3;
     return f;
 }
-APART void compute_frame(const kr_kowalewski_plan *plan, int with_rates, const arc_angle y[2],
-                         frame_state *out, mask *inaccurate)
+APART void evaluate_frame_by_root_type(const kr_kowalewski_plan *plan, int with_rates,
+                                       const arc_angle y[2], frame_state *out, mask *inaccurate)
 {
     if (with_rates)
         *out =
@@ -911,20 +912,20 @@ APART void compute_frame(const kr_kowalewski_plan *plan, int with_rates, const a
         *out = plan->pair ? evaluate_frame(plan, 1, 0, y, inaccurate)
                           : evaluate_frame(plan, 0, 0, y, inaccurate);
 }
-INLINE frame_state find_frame(const kr_kowalewski_plan *plan, const arc_angle y[2])
+INLINE frame_state find_accurate_frame(const kr_kowalewski_plan *plan, const arc_angle y[2])
 {
     const wide one = wide_splat(1.0);
     mask again = wide_equal(one, one);
     frame_state f, other;
-    if (!plan->fast) compute_frame(plan, 0, y, &f, &again);
+    if (!plan->fast) evaluate_frame_by_root_type(plan, 0, y, &f, &again);
     if (!mask_any(again)) return f;
-    compute_frame(plan, 1, y, &other, NULL);
+    evaluate_frame_by_root_type(plan, 1, y, &other, NULL);
     if (mask_all(again)) return other;
-    take_lanes(&f, &other, sizeof f, again);
+    copy_selected_lanes(&f, &other, sizeof f, again);
     return f;
 }
 /* Returns the unit quaternion, of arbitrary sign, of the rotation matrix in f. */
-INLINE quat_lanes find_quaternion(const frame_state *f)
+INLINE quat_lanes convert_frame_to_quaternion(const frame_state *f)
 {
     const wide xx = f->row[0][0], yy = f->row[1][1], zz = f->row[2][2];
     const wide wx = f->row[2][1] - f->row[1][2], wy = f->row[0][2] - f->row[2][0],
@@ -938,7 +939,7 @@ INLINE quat_lanes find_quaternion(const frame_state *f)
                                   {wz, xz, yz, 1.0 + ((zz - xx) - yy)}};
     const wide squares[3] = {others[0].x, others[1].y, others[2].z};
     for (int i = 0; i < 3; i++) {
-        take_lanes(&q, &others[i], sizeof q, wide_less(largest, squares[i]));
+        copy_selected_lanes(&q, &others[i], sizeof q, wide_less(largest, squares[i]));
         largest = wide_max(largest, squares[i]);
     }
     const wide n = 1.0 / wide_sqrt((q.w * q.w + q.x * q.x) + (q.y * q.y + q.z * q.z));
@@ -963,7 +964,7 @@ INLINE wide find_quaternion_sign(const kr_kowalewski_plan *plan, quat_lanes q, c
     }
     for (int i = 0; i < LANES; i++) {
         const int row = (int)at[0][i] & (n - 1), column = (int)at[1][i] & (n - 1);
-        const signed char *from = kr_kowalewski_nodes(plan) + 4 * (row * n + column);
+        const signed char *from = get_kowalewski_sign_table(plan) + 4 * (row * n + column);
         for (int k = 0; k < 4; k++) node[k][i] = from[k];
     }
     const wide dot = (q.w * wide_load(node[0]) + q.x * wide_load(node[1])) +
@@ -971,8 +972,8 @@ INLINE wide find_quaternion_sign(const kr_kowalewski_plan *plan, quat_lanes q, c
     return minus_where(is_negative(dot));
 }
 /* Returns the state. `phase` is theta1/2, theta2/2 and the phase part of psi/2, in turns. */
-INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_plan *plan, wide time,
-                                        const dd phase[3])
+INLINE state_lanes kowalewski_state_at_phases(const kr_kowalewski_plan *plan, wide time,
+                                              const dd phase[3])
 {
     dd theta[2], heading = phase[2];
     arc_angle y[2];
@@ -980,8 +981,8 @@ INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_plan *plan, wide tim
     for (int j = 0; j < 2; j++)
         theta[j] = dd_make(2.0 * (phase[j].hi - nearest(phase[j].hi)), 2.0 * phase[j].lo);
     find_arc_angles(plan, theta, y);
-    const frame_state f = find_frame(plan, y);
-    const quat_lanes q = find_quaternion(&f);
+    const frame_state f = find_accurate_frame(plan, y);
+    const quat_lanes q = convert_frame_to_quaternion(&f);
     for (int j = 0; j < 2; j++) {
         wraps[j] = nearest(0.5 * (y[j].turns.hi + y[j].turns.lo));
         turns[j] = (y[j].turns.hi - 2.0 * wraps[j]) + y[j].turns.lo;
@@ -1008,14 +1009,14 @@ INLINE state_lanes kowalewski_kernel_at(const kr_kowalewski_plan *plan, wide tim
     r.m.x = turn_c * m[0] - turn_s * m[1];
     r.m.y = turn_s * m[0] + turn_c * m[1];
     r.m.z = m[2];
-    r.q = torus_attitude(&plan->torus, s, c, q);
+    r.q = turn_and_convert_attitude(&plan->torus, s, c, q);
     return r;
 }
-INLINE state_lanes kowalewski_kernel(const void *memory, wide time, dd span)
+INLINE state_lanes kowalewski_state_after_span(const void *memory, wide time, dd span)
 {
     const kr_kowalewski_plan *plan = memory;
     dd phase[3];
-    for (int i = 0; i < 3; i++) phase[i] = torus_phase_at(&plan->torus, i, span);
-    return kowalewski_kernel_at(plan, time, phase);
+    for (int i = 0; i < 3; i++) phase[i] = find_torus_phase(&plan->torus, i, span);
+    return kowalewski_state_at_phases(plan, time, phase);
 }
 #endif

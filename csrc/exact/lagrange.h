@@ -10,7 +10,7 @@
 #include "kernel.h"
 
 /* Complete elliptic integrals are computed by the arithmetic-geometric mean M = agm(1, k'), those
- * of the third kind (characteristic alpha^2) also by the sum of Q_n (elliptic_mean), by DLMF
+ * of the third kind (characteristic alpha^2) also by the sum of Q_n (find_agm_and_sums), by DLMF
  * 19.8.6:
  *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n).
  * Incomplete integrals of the first kind are computed from Carlson's R_F by duplication. */
@@ -22,7 +22,7 @@ enum theta { THETA1, THETA2, THETA3, THETA4 };
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
  * Each step squares the relative differences between a, g and p. The iteration stops one step after
  * the differences fall below 1e-8; double precision suffices for the last step. */
-static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
+static inline dd find_agm_and_sums(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
     dd a = dd_splat(1.0), g = kp, p[2], q[2];
@@ -33,14 +33,15 @@ static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
         q[i] = sum[i] = dd_splat(1.0);
     }
     for (int step = 0; mask_any(live) && step < 100; step++) {
-        const dd ag = dd_mul(a, g), mean = dd_half(dd_add_near(a, g));
+        const dd ag = dd_mul(a, g), mean = dd_half(dd_add_sloppy(a, g));
         const wide half = 0.5 * ((a.hi - g.hi) + (a.lo - g.lo));
         mask again = wide_more(wide_abs(half), enough * mean.hi);
         for (int i = 0; i < n; i++) {
-            const dd both = dd_add_near(p[i], ag), e = dd_over(dd_add_near(p[i], dd_neg(ag)), both);
+            const dd both = dd_add_sloppy(p[i], ag),
+                     e = dd_div_fast(dd_add_sloppy(p[i], dd_neg(ag)), both);
             q[i] = dd_choose(live, dd_half(dd_mul(q[i], e)), q[i]);
-            sum[i] = dd_choose(live, dd_add_near(sum[i], q[i]), sum[i]);
-            p[i] = dd_choose(live, dd_scale(0.25, dd_over(dd_square(both), p[i])), p[i]);
+            sum[i] = dd_choose(live, dd_add_sloppy(sum[i], q[i]), sum[i]);
+            p[i] = dd_choose(live, dd_scale(0.25, dd_div_fast(dd_square(both), p[i])), p[i]);
             again = mask_or(again, wide_more(wide_abs(e.hi), enough));
         }
         apart = wide_choose(live, half, apart);
@@ -69,13 +70,13 @@ static inline wide elliptic_agm(wide a, wide b)
 /* Returns T = numerator / agm(1, k), given k2 = k^2. The numerator is agm(1, k') for T = K'/K, or
  * twice as large for series in powers of the square of the nome. If T < 1, the dual series are
  * used: sets the factor of their phase, stretch + stretch_rest (a double-double), to pi / T. */
-static inline wide find_period_ratio(exact_lanes *exact, dd numerator, dd k2)
+static inline wide find_period_ratio_and_stretch(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
     const mask dual = wide_less(T, wide_splat(1.0));
     if (mask_any(dual)) {
         const dd stretch =
-            dd_over(dd_mul(dd_pi(), elliptic_mean(dd_sqrt(k2), 0, NULL, NULL)), numerator);
+            dd_div_fast(dd_mul(dd_pi(), find_agm_and_sums(dd_sqrt(k2), 0, NULL, NULL)), numerator);
         exact->stretch = wide_choose(dual, stretch.hi, exact->stretch);
         exact->stretch_rest = wide_choose(dual, stretch.lo, exact->stretch_rest);
     }
@@ -111,7 +112,7 @@ static inline wide elliptic_rf(wide x, wide y, wide z)
 
 /* Returns cos(acos(c) / 3) for 0 <= c <= 1. This is the largest root of 4 x^3 - 3 x = c, found by
  * two Newton steps from an approximation with an error of 4e-5. */
-static inline wide cos_third_of_angle(wide c)
+static inline wide cos_third_of_arc_cosine(wide c)
 {
     wide x =
         (0.866066329533 + c * 0.165330350221) + c * c * (-0.0406911974229 + c * 0.00931968389748);
@@ -124,12 +125,12 @@ static inline wide cos_third_of_angle(wide c)
 /* Returns the isolated root of x^3 + c2 x^2 + c1 x + c0: the root farthest from the other two. All
  * roots must be real up to rounding errors. Sets `is_largest` to 1 if the isolated root is the
  * largest, and to 0 if it is the smallest. */
-static inline wide isolated_root(wide c2, wide c1, wide c0, mask *is_largest)
+static inline wide find_isolated_cubic_root(wide c2, wide c1, wide c0, mask *is_largest)
 {
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),
                r = (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d);
     const mask apart = is_positive(square); /* else all three roots coincide */
-    const wide third = cos_third_of_angle(wide_min(wide_abs(r), wide_splat(1.0)));
+    const wide third = cos_third_of_arc_cosine(wide_min(wide_abs(r), wide_splat(1.0)));
     *is_largest = mask_or(mask_not(apart), wide_at_most(zero, r));
     const wide way = minus_where(mask_not(*is_largest));
     return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
@@ -246,9 +247,9 @@ typedef struct turning_points {
 
 static inline initial find_initial_quantities(const exact_top *top, dd i1)
 {
-    const dd i = dd_over(dd_splat(1.0), i1);
+    const dd i = dd_div_fast(dd_splat(1.0), i1);
     initial s;
-    s.minus = find_third_axis(top->q, s.a, &s.plus);
+    s.minus = find_axis_and_pole_distances(top->q, s.a, &s.plus);
     s.w[0] = dd_times(top->m.x, i);
     s.w[1] = dd_times(top->m.y, i);
     s.w[2] = dd_times(top->m.z, i);
@@ -262,10 +263,10 @@ static inline initial find_initial_quantities(const exact_top *top, dd i1)
 }
 /* Replaces the smaller of two distances a and b by a quotient without cancellation, given
  * `product`, which is a * b * third. If both are zero, neither is changed. */
-static inline void recompute_smaller(dd *a, dd *b, mask is_a_smaller, dd product, dd third)
+static inline void recompute_smaller_factor(dd *a, dd *b, mask is_a_smaller, dd product, dd third)
 {
     const dd larger = dd_choose(is_a_smaller, *b, *a),
-             smaller = dd_over(product, dd_mul(larger, third));
+             smaller = dd_div_fast(product, dd_mul(larger, third));
     const mask known = is_positive(larger.hi); /* else all three heights coincide */
     *a = dd_choose(mask_and(is_a_smaller, known), smaller, *a);
     *b = dd_choose(mask_and(mask_not(is_a_smaller), known), smaller, *b);
@@ -273,7 +274,7 @@ static inline void recompute_smaller(dd *a, dd *b, mask is_a_smaller, dd product
 /* Replaces small distances, which suffer from cancellation, by quotients. Products of distances are
  *     (W.e3 + W.a)^2 = (1 + u1)(1 + u2) g(1 + u3),   (W.e3 - W.a)^2 = (1 - u1)(1 - u2) g(u3 - 1),
  *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0).
- * `about_initial` is nonzero if the distances come from find_roots_about_initial. */
+ * `about_initial` is nonzero if the distances come from find_roots_about_initial_height. */
 static inline void recompute_small_distances(const initial *s, turning_points *r, int about_initial)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
@@ -281,31 +282,32 @@ static inline void recompute_small_distances(const initial *s, turning_points *r
     /* A lower bound on distances, which keeps quotients finite. It is far below rounding errors. */
     const dd level = dd_splat(1e-36);
     if (!about_initial)
-        recompute_smaller(&r->up, &r->down, wide_more(r->down.hi, r->up.hi), climb, r->third);
+        recompute_smaller_factor(&r->up, &r->down, wide_more(r->down.hi, r->up.hi), climb,
+                                 r->third);
     r->plus2 = dd_max(dd_add(s->plus, r->up), level);
     r->plus3 = dd_add(r->third, dd_mul(s->g, s->plus));
-    r->plus1 = dd_over(plus, dd_mul(r->plus2, r->plus3));
+    r->plus1 = dd_div_fast(plus, dd_mul(r->plus2, r->plus3));
     r->minus1 = dd_max(r->minus1, level);
     if (about_initial)
-        recompute_smaller(&r->minus2, &r->minus3, wide_less(s->g.hi * r->minus2.hi, r->minus3.hi),
-                          minus, r->minus1);
+        recompute_smaller_factor(&r->minus2, &r->minus3,
+                                 wide_less(s->g.hi * r->minus2.hi, r->minus3.hi), minus, r->minus1);
     r->span = dd_max(r->span, level);
     r->g32 = dd_max(r->g32, dd_times(wide_splat(1e-150), r->g31));
 }
 /* Writes the distances between the roots u1, u2 and u3 to r, if u3 is farthest from the other two.
  * The cubic is c[0] + c[1] v + c[2] v^2 + g v^3 with v = u - u0, because u1 and u2 may be close to
  * u0. `guess` is an approximation of g (u3 - u0). */
-static inline void find_roots_about_initial(const initial *s, const dd c[3], wide guess,
-                                            turning_points *r)
+static inline void find_roots_about_initial_height(const initial *s, const dd c[3], wide guess,
+                                                   turning_points *r)
 {
     const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
     r->third = refine_cubic_root(dd_splat(1.0), scaled, guess);
-    const dd product = dd_over(c[0], r->third),
-             b = dd_over(dd_add(dd_mul(s->g, product), c[1]), r->third);
+    const dd product = dd_div_fast(c[0], r->third),
+             b = dd_div_fast(dd_add(dd_mul(s->g, product), c[1]), r->third);
     /* The roots v = u1 - u0 and u2 - u0 solve v^2 - b v - product = 0, where product >= 0. */
     r->span = dd_sqrt(dd_add(dd_square(b), dd_scale(4.0, product)));
     const dd large = dd_half(dd_add(r->span, dd_abs(b))),
-             small = dd_choose(is_positive(large.hi), dd_over(product, large), dd_splat(0.0));
+             small = dd_choose(is_positive(large.hi), dd_div_fast(product, large), dd_splat(0.0));
     const mask upwards = is_positive(b.hi);
     r->up = dd_choose(upwards, large, small);
     r->down = dd_choose(upwards, small, large);
@@ -328,9 +330,9 @@ static inline void find_roots_about_pole(const initial *s, wide guess, turning_p
                      dd_sub(dd_mul(s->g, dd_add(dd_splat(2.0), s->minus)), s->w_square)};
     r->minus1 = dd_neg(refine_cubic_root(s->g, c, guess - s->minus.hi));
     /* The roots s = u2 - 1 and u3 - 1 solve g s^2 + e1 s + e0 = 0, where e0 <= 0. */
-    const dd e0 = dd_over(c[0], r->minus1), e1 = dd_over(dd_sub(c[1], e0), r->minus1);
+    const dd e0 = dd_div_fast(c[0], r->minus1), e1 = dd_div_fast(dd_sub(c[1], e0), r->minus1);
     r->g32 = dd_sqrt(dd_sub(dd_square(e1), dd_scale(4.0, dd_mul(s->g, e0))));
-    const dd large = dd_half(dd_add(r->g32, dd_abs(e1))), small = dd_neg(dd_over(e0, large));
+    const dd large = dd_half(dd_add(r->g32, dd_abs(e1))), small = dd_neg(dd_div_fast(e0, large));
     const mask beyond = is_positive(e1.hi);
     r->minus3 = large;
     r->minus2 = dd_choose(is_positive(large.hi), small, dd_splat(0.0));
@@ -357,42 +359,44 @@ static turning_points find_turning_heights(const initial *s)
     const dd c[3] = {dd_square(s->climb), dd_neg(dd_add(dd_mul(s->g, flat), dd_twice(twist))),
                      dd_sub(dd_twice(dd_mul(s->g, s->a[2])), s->w_square)};
     mask top;
-    const wide guess = isolated_root(c[2].hi, s->g.hi * c[1].hi, s->g.hi * s->g.hi * c[0].hi, &top);
+    const wide guess =
+        find_isolated_cubic_root(c[2].hi, s->g.hi * c[1].hi, s->g.hi * s->g.hi * c[0].hi, &top);
     turning_points r, some;
     if (mask_all(top)) {
-        find_roots_about_initial(s, c, guess, &r);
+        find_roots_about_initial_height(s, c, guess, &r);
         return r;
     }
     find_roots_about_pole(s, guess / s->g.hi, &r);
     if (!mask_any(top)) return r;
-    find_roots_about_initial(s, c, guess, &some);
-    take_lanes(&r, &some, sizeof r, top);
+    find_roots_about_initial_height(s, c, guess, &some);
+    copy_selected_lanes(&r, &some, sizeof r, top);
     return r;
 }
 /* Writes the rates nu, k1 and k2 [rad per unit of time], and returns agm(1, k'). From the sum of
- * Q_n (elliptic_mean) for p0^2 = (1 + u3)/(u3 - u1) follows
+ * Q_n (find_agm_and_sums) for p0^2 = (1 + u3)/(u3 - u1) follows
  *     k1 = (W.e3 + W.a) / (4 (1 + u3)) sum Q_n.
  * For k2, W.e3 - W.a and 1 - u3 replace W.e3 + W.a and 1 + u3, and p0^2 is (u3 - 1)/(u3 - u1). If
  * u2 is farther than u3 from 1, k2 follows from the sum for p0^2 = (1 - u2)/(1 - u1) instead. */
-static inline dd find_rates(const initial *s, const turning_points *r, dd *nu, dd *k1, dd *k2)
+static inline dd find_phase_rates(const initial *s, const turning_points *r, dd *nu, dd *k1, dd *k2)
 {
-    const dd kp = dd_sqrt(dd_over(r->g32, r->g31)), zero = dd_splat(0.0);
+    const dd kp = dd_sqrt(dd_div_fast(r->g32, r->g31)), zero = dd_splat(0.0);
     const mask far = wide_at_most(s->g.hi * r->minus2.hi, r->minus3.hi);
-    const dd p[2] = {dd_over(r->plus3, r->g31), dd_over(dd_choose(far, r->minus3, r->minus2),
-                                                        dd_choose(far, r->g31, r->minus1))};
-    dd sum[2], mean = elliptic_mean(kp, 2, p, sum);
+    const dd p[2] = {
+        dd_div_fast(r->plus3, r->g31),
+        dd_div_fast(dd_choose(far, r->minus3, r->minus2), dd_choose(far, r->g31, r->minus1))};
+    dd sum[2], mean = find_agm_and_sums(kp, 2, p, sum);
     *nu = dd_mul(dd_half(dd_sqrt(r->g31)), mean);
-    *k1 = dd_over(dd_mul(dd_mul(s->sum, s->g), sum[0]), dd_scale(4.0, r->plus3));
+    *k1 = dd_div_fast(dd_mul(dd_mul(s->sum, s->g), sum[0]), dd_scale(4.0, r->plus3));
     *k2 = zero;
     if (mask_any(far)) {
         const dd rate =
-            dd_over(dd_mul(dd_mul(s->difference, s->g), sum[1]), dd_scale(-4.0, r->minus3));
+            dd_div_fast(dd_mul(dd_mul(s->difference, s->g), sum[1]), dd_scale(-4.0, r->minus3));
         *k2 = dd_choose(is_positive(r->minus3.hi), rate, zero);
     }
     if (!mask_all(far)) {
-        const dd extra = dd_half(dd_mul(dd_over(r->span, r->minus2), sum[1]));
+        const dd extra = dd_half(dd_mul(dd_div_fast(r->span, r->minus2), sum[1]));
         const dd rate =
-            dd_over(dd_mul(dd_half(s->difference), dd_add(dd_splat(1.0), extra)), r->minus1);
+            dd_div_fast(dd_mul(dd_half(s->difference), dd_add(dd_splat(1.0), extra)), r->minus1);
         const dd wound = dd_choose(is_negative(s->difference.hi), *nu, dd_neg(*nu));
         *k2 = dd_choose(far, *k2, dd_add(rate, wound));
     }
@@ -403,21 +407,21 @@ typedef struct arguments {
     wide y1, y2, T;
 } arguments;
 
-/* Returns y1, y2 and T, and sets exact->stretch (find_period_ratio). `average` is
+/* Returns y1, y2 and T, and sets exact->stretch (find_period_ratio_and_stretch). `average` is
  * agm(1, k'). The values y1 and y2 are incomplete elliptic integrals of the first kind. p1, p2, m1
  * and m2 denote 1 + u1, 1 + u2, 1 - u1 and 1 - u2. */
 static inline arguments find_theta_arguments(exact_lanes *exact, const initial *s,
                                              const turning_points *r, dd average)
 {
     const wide third = r->g31.hi, mean = average.hi, one = wide_splat(1.0);
-    const dd k2 = dd_max(dd_over(dd_mul(s->g, r->span), r->g31), dd_splat(1e-36));
+    const dd k2 = dd_max(dd_div_fast(dd_mul(s->g, r->span), r->g31), dd_splat(1e-36));
     const wide d = r->span.hi, p1 = r->plus1.hi, p2 = r->plus2.hi, m1 = r->minus1.hi,
                m2 = r->minus2.hi, per_m32 = 1.0 / (m1 * r->g32.hi);
     const wide b1 = wide_sqrt(p1) * elliptic_rf(d, d * r->plus3.hi / third, p2);
     const wide b2 = wide_sqrt(m2 * third * per_m32) *
                     elliptic_rf(d * r->minus3.hi * per_m32, d * r->g32.hi * per_m32, one);
     arguments a;
-    a.T = find_period_ratio(exact, average, k2);
+    a.T = find_period_ratio_and_stretch(exact, average, k2);
     const wide limit = 1.57079632679489661923 * a.T;
     a.y1 = -minus_where(is_negative(s->sum.hi)) * wide_min(mean * b1, limit);
     a.y2 = -minus_where(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
@@ -425,8 +429,8 @@ static inline arguments find_theta_arguments(exact_lanes *exact, const initial *
 }
 /* Sets the theta series, in powers of the dual nome if `dual` is nonzero, else of the nome. The
  * maxima (1 + u2)/2 of |alpha|^2 and (1 - u1)/2 of |beta|^2 determine their scale factors. */
-static inline void set_series_of_kind(exact_lanes *exact, const turning_points *r,
-                                      const arguments *a, int dual)
+static inline void set_theta_series_of_kind(exact_lanes *exact, const turning_points *r,
+                                            const arguments *a, int dual)
 {
     const double pi = 3.14159265358979323846;
     const wide kp = wide_sqrt(r->g32.hi / r->g31.hi), zero = wide_splat(0.0),
@@ -455,16 +459,16 @@ static inline void set_theta_series(exact_lanes *exact, const turning_points *r,
 {
     const mask dual = wide_less(a->T, wide_splat(1.0));
     if (mask_all(dual)) {
-        set_series_of_kind(exact, r, a, 1);
+        set_theta_series_of_kind(exact, r, a, 1);
         return;
     }
     if (mask_any(dual)) {
         exact_lanes some = *exact;
-        set_series_of_kind(&some, r, a, 1);
-        set_series_of_kind(exact, r, a, 0);
-        take_lanes(exact, &some, sizeof some, dual);
+        set_theta_series_of_kind(&some, r, a, 1);
+        set_theta_series_of_kind(exact, r, a, 0);
+        copy_selected_lanes(exact, &some, sizeof some, dual);
     } else
-        set_series_of_kind(exact, r, a, 0);
+        set_theta_series_of_kind(exact, r, a, 0);
 }
 /* Sets exact->momentum, the scale factor of m_x + i m_y, from |m_x + i m_y| at the lowest position
  * of the axis. This magnitude is not less than that at the highest position, because
@@ -479,14 +483,14 @@ static inline void set_momentum_scale(exact_lanes *exact, const initial *s, cons
                                 way * wide_sqrt(r->plus1.hi * r->minus2.hi * r->minus3.hi));
     wide f[6];
     set_initial_phase(&exact->nutation, dd_splat(0.0));
-    evaluate_factors(exact, 0.0, f);
+    evaluate_alpha_beta_momentum(exact, 0.0, f);
     const wide norm = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + f[3] * f[3];
     exact->momentum = i1 * lowest * wide_sqrt(norm) / length(f[4], f[5]);
 }
 /* Returns the initial phase of the nutation, up to its sign, in turns. The phase is 0 at the lowest
  * and 1/4 at the highest position of the axis, and is computed from the distance to the nearer one.
  * A nutation takes half a turn. `mean` is agm(1, k'). */
-static inline dd find_nutation_phase(const turning_points *r, wide mean)
+static inline dd find_initial_nutation_phase(const turning_points *r, wide mean)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,
                per_g31 = 1.0 / r->g31.hi, low = r->down.hi * per_span;
@@ -508,7 +512,7 @@ static inline dd find_nutation_phase(const turning_points *r, wide mean)
 static inline void set_initial_phases(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1, wide mean, const exact_top *top)
 {
-    const dd *p = top->q, here = find_nutation_phase(r, mean);
+    const dd *p = top->q, here = find_initial_nutation_phase(r, mean);
     const wide zero = wide_splat(0.0);
     const wide alpha = p[0].hi * p[0].hi + p[3].hi * p[3].hi,
                beta = p[1].hi * p[1].hi + p[2].hi * p[2].hi, per_all = 2.0 / (alpha + beta);
@@ -520,7 +524,7 @@ static inline void set_initial_phases(exact_lanes *exact, const initial *s, cons
                of_both = wide_choose(is_positive(mh), mh / (i1 * i1 * top_square), zero);
     wide f[6];
     set_initial_phase(&exact->nutation, dd_choose(is_negative(s->climb.hi), dd_neg(here), here));
-    evaluate_factors(exact, 0.0, f);
+    evaluate_alpha_beta_momentum(exact, 0.0, f);
     const dd both = angle_in_turns(-f[4], -f[5], top->m.x, top->m.y); /* exact->momentum <= 0 */
     const dd first = angle_in_turns(f[0], f[1], p[0].hi, p[3].hi);
     const dd second = angle_in_turns(f[2], f[3], p[1].hi, p[2].hi);
@@ -532,7 +536,7 @@ static inline void set_initial_phases(exact_lanes *exact, const initial *s, cons
 }
 /* Returns 1 if the symmetry axis stays vertical. Earlier, is_initial_tilt_resolved has refused tops
  * whose axis is almost but not exactly vertical and almost at rest. */
-static inline mask is_resting_at_pole(const initial *s)
+static inline mask has_stationary_vertical_axis(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
     return mask_and(wide_at_most(wh, least * (s->w_square.hi + s->g.hi)),
@@ -544,20 +548,20 @@ typedef struct lagrange_setup {
     dd i1, half_spin; /* I1; <m, a> (1/I3 - 1/I1) / 2, to be added to k1 and subtracted from k2 */
     initial start;
     turning_points heights;
-    dd mean, nu, k1, k2; /* see find_rates */
+    dd mean, nu, k1, k2; /* see find_phase_rates */
     arguments at;
 } lagrange_setup;
 
 /* Sets i1, half_spin and start from s->top. All other stages of the set-up depend on them. */
 static void set_initial_quantities(lagrange_setup *s)
 {
-    s->i1 = equal_moment(&s->top);
+    s->i1 = find_equatorial_moment(&s->top);
     s->start = find_initial_quantities(&s->top, s->i1);
     const dd axial = dd_half(dd_sub(s->start.sum, s->start.difference)),
-             ratio = dd_over(s->i1, dd_of(s->top.inertia.z));
+             ratio = dd_div_fast(s->i1, dd_of(s->top.inertia.z));
     s->half_spin = dd_half(dd_mul(dd_sub(ratio, dd_splat(1.0)), axial));
 }
-static void set_phases(lagrange_setup *s)
+static void set_phases_and_mean_rates(lagrange_setup *s)
 {
     const dd first = dd_add(s->k1, s->half_spin), second = dd_sub(s->k2, s->half_spin);
     exact_lanes *exact = &s->exact;
@@ -575,7 +579,7 @@ INLINE void set_up_moving_tops(lagrange_setup s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = find_turning_heights(&s[i].start);
     for (int i = 0; i < n; i++)
-        s[i].mean = find_rates(&s[i].start, &s[i].heights, &s[i].nu, &s[i].k1, &s[i].k2);
+        s[i].mean = find_phase_rates(&s[i].start, &s[i].heights, &s[i].nu, &s[i].k1, &s[i].k2);
     for (int i = 0; i < n; i++) {
         memset(&s[i].exact, 0, sizeof s[i].exact);
         s[i].exact.constant.z = s[i].top.m.z;
@@ -583,6 +587,6 @@ INLINE void set_up_moving_tops(lagrange_setup s[], int n)
         s[i].at = find_theta_arguments(&s[i].exact, &s[i].start, &s[i].heights, s[i].mean);
     }
     for (int i = 0; i < n; i++) set_theta_series(&s[i].exact, &s[i].heights, &s[i].at);
-    for (int i = 0; i < n; i++) set_phases(&s[i]);
+    for (int i = 0; i < n; i++) set_phases_and_mean_rates(&s[i]);
 }
 #endif

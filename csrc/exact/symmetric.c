@@ -6,7 +6,7 @@
  * called axis 3, whose moment I3 is the largest or the smallest; I2 is the intermediate moment. In
  * the axes of the closed form, m points along e3, and the third axis of the body is -a, with the
  * height u = -a.e3 = -c dn(X), where c is the largest a.e3. alpha and beta are theta1 and theta4 in
- * the square of the nome. With the energy T and the sum of Q_n (elliptic_mean), both phases
+ * the square of the nome. With the energy T and the sum of Q_n (find_agm_and_sums), both phases
  * grow at the rate
  *     (|m| / I3 + e sum Q_n / 2) / 2,   e = 2T/|m| - |m|/I3,   p0^2 = 1/c^2.
  * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are computed as sums of terms of equal sign (Jacobi
@@ -29,7 +29,7 @@ typedef struct described_top {
 /* Writes the rotation `tilt` from the third internal axis of a spherical body to the direction of
  * its centre of mass. The two directions differ by the rounding error of the internal axis. `com`
  * has components along the principal axes. Returns |com|. */
-static dd find_axis_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
+static dd find_com_length_and_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
     /* `com` is divided by its largest component, because squares may overflow or underflow. */
@@ -82,7 +82,7 @@ static kr_status convert_to_internal(const kr_scene *scene, kr_kind kind, descri
     dd reach = dd_of(kind == KR_KIND_LAGRANGE ? along : 0.0);
     if (w.tilted && kind == KR_KIND_LAGRANGE) {
         kr_quat tilt;
-        reach = find_axis_tilt(pull.com, &w, &tilt);
+        reach = find_com_length_and_tilt(pull.com, &w, &tilt);
         multiply_from_right(own->q, tilt);
     }
     const int power = pull.power - exponent_of(moment) + 2 * exponent_of(time);
@@ -114,9 +114,9 @@ static inline void set_up_steady_form(kr_exact_form *exact, kr_quat q, dd first,
                                         : first.hi - second.hi;
 }
 /* Sets the linear map e->frame (kernel.h) of a closed form to q -> left * q * right. */
-static inline void set_frame(kr_exact_form *exact, kr_quat left, kr_quat right)
+static inline void set_form_map(kr_exact_form *exact, kr_quat left, kr_quat right)
 {
-    make_frame(exact->frame, left, right);
+    set_left_right_map(exact->frame, left, right);
     exact->framed = 1.0;
 }
 
@@ -132,7 +132,7 @@ typedef struct body_axes {
 
 /* Returns the rotation that maps e3 to the axis `third`, and e2 to the axis `middle` or its
  * negative. If `reverse` is nonzero, e1 and e3 are mapped to the opposite directions. */
-static kr_quat find_axis_frame(int third, int middle, int reverse)
+static kr_quat find_axis_permutation(int third, int middle, int reverse)
 {
     const double h = 0.5, r = 0.70710678118654752440;
     kr_quat q = third == 2 ? q_one() : third == 0 ? q4(h, v3(h, h, h)) : q4(h, v3(-h, -h, -h));
@@ -174,7 +174,7 @@ static body_axes reorder_axes(const double inertia[3], const dd m[3])
     r.d3 = dd_add(dd_mul(term[0], i31), dd_mul(term[1], i32));
     r.d1 = dd_add(dd_mul(term[1], i21), dd_mul(term[2], i31));
     r.square = dd_dot(m, m);
-    r.turn = find_axis_frame(high, middle, reverse);
+    r.turn = find_axis_permutation(high, middle, reverse);
     return r;
 }
 /* Returns a rotation that maps the direction of m to e3. A tiny m, which occurs together with a
@@ -191,8 +191,8 @@ static kr_quat find_rotation_to_e3(kr_vec3 m)
  * along the principal axes; `square` is |m|^2. `q` is the initial attitude; `left` maps e3 to the
  * direction of m in space. `half_turn` is half the rate that an axial rotor adds to the rotation
  * about axis 3. */
-static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], const dd m[3],
-                                dd square, dd half_turn, kr_quat q, kr_quat left)
+static int set_up_steady_free_motion(kr_exact_form *exact, const double inertia[3], const dd m[3],
+                                     dd square, dd half_turn, kr_quat q, kr_quat left)
 {
     const dd size = dd_sqrt(square);
     /* Smaller components of the momentum count as zero: their squares are negligible. */
@@ -209,10 +209,10 @@ static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], c
     dd half_spin = dd_half(
         dd_mul(m[k], dd_sub(dd_div(dd_of(1.0), dd_of(inertia[k])), dd_div(dd_of(1.0), across))));
     if (has_rotor) half_spin = dd_add(half_spin, half_turn);
-    const kr_quat axis = find_axis_frame(k, (k + 2) % 3, 0);
+    const kr_quat axis = find_axis_permutation(k, (k + 2) % 3, 0);
     set_up_steady_form(exact, q_mul(q_mul(q_conj(left), q), axis),
                        dd_add(half_precession, half_spin), dd_sub(half_precession, half_spin));
-    set_frame(exact, left, q_conj(axis));
+    set_form_map(exact, left, q_conj(axis));
     if (m[k].hi < 0.0) exact->spin_angle_rate = -exact->spin_angle_rate;
     return 1;
 }
@@ -226,7 +226,7 @@ static dd find_common_phase_rate(const body_axes *a, dd c2, dd flat, dd k2, dd k
     const int far = c2.hi > 0.25;
     const dd p = far ? dd_div(one, c2) : dd_div(dd_add(flat, ck), flat);
     dd sum, k = dd_div(size, a->inertia[2]);
-    *mean = elliptic_mean(kp, 1, &p, &sum);
+    *mean = find_agm_and_sums(kp, 1, &p, &sum);
     if (far) return dd_half(dd_add(k, dd_half(dd_mul(excess, sum))));
     const dd drop = dd_half(dd_mul(dd_div(ck, dd_add(flat, ck)), sum));
     const dd cross = dd_mul(*mean, dd_sqrt(dd_div(c2, dd_mul(flat, dd_add(flat, ck)))));
@@ -239,7 +239,8 @@ static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2
                              dd k2, double kp2, dd average)
 {
     const double pi = 3.14159265358979323846, c = sqrt(c2), kp = sqrt(kp2),
-                 T = find_period_ratio(exact, dd_twice(average), k2), limit = 0.25 * pi * T,
+                 T = find_period_ratio_and_stretch(exact, dd_twice(average), k2),
+                 limit = 0.25 * pi * T,
                  b = sqrt(flat) * elliptic_rf(k2.hi * c2, k2.hi, flat + k2.hi * c2);
     const int dual = T < 1.0;
     const double shrink = dual ? 1.0 / T : 1.0, nome = exp(dual ? -pi / T : -pi * T),
@@ -270,7 +271,7 @@ static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2
  * axes 1 and 2 are proportional to cn F and sn F. `i31` and `i32` are |I3 - I1| and |I3 - I2|,
  * `kp2` is k'^2, and `mean` is agm(1, k'). Near a separatrix, K is large, and K - F would be
  * inaccurate for F near K. Then K - F is computed from sn(K - F) = cn F / dn F. */
-static dd find_initial_phase(const body_axes *a, dd i31, dd i32, double kp2, double mean)
+static dd find_free_nutation_phase(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;
     const double cn = a->momentum[0].hi * sqrt(i31.hi / a->inertia[0].hi);
@@ -288,9 +289,9 @@ static dd find_initial_phase(const body_axes *a, dd i31, dd i32, double kp2, dou
     return dd_of((sn < 0.0 ? -x : x) / 6.283185307179586477);
 }
 /* Sets up the closed form of a torque-free body with three distinct moments of inertia that does
- * not rotate about a principal axis. For `q` and `left`, see set_up_steady_motion. */
-static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, kr_quat q,
-                                     kr_quat left)
+ * not rotate about a principal axis. For `q` and `left`, see set_up_steady_free_motion. */
+static void set_up_asymmetric_free_motion(kr_exact_form *exact, const body_axes *a, kr_quat q,
+                                          kr_quat left)
 {
     const dd i31 = dd_abs(dd_sub(a->inertia[2], a->inertia[0])),
              i32 = dd_abs(dd_sub(a->inertia[2], a->inertia[1]));
@@ -311,8 +312,8 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
     double f[6], s, c;
     set_euler_series(exact, a, c2.hi, flat.hi, k2, kp2.hi, mean);
     exact->nutation = make_phase(dd_mul(lambda, mean));
-    set_initial_phase(&exact->nutation, find_initial_phase(a, i31, i32, kp2.hi, mean.hi));
-    evaluate_factors(exact, 0.0, f);
+    set_initial_phase(&exact->nutation, find_free_nutation_phase(a, i31, i32, kp2.hi, mean.hi));
+    evaluate_alpha_beta_momentum(exact, 0.0, f);
     exact->first = exact->second = make_phase(k);
     const dd first = angle_in_turns(f[0], f[1], target.w, target.z),
              second = angle_in_turns(f[2], f[3], target.x, target.y);
@@ -321,8 +322,8 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
     /* The rotation about m by the constant difference between the phases of alpha and beta is part
      * of the linear map e->frame, so that alpha and beta use the same phase. */
     sin_cos(pi * dd_sub(second, first).hi, &s, &c);
-    set_frame(exact, q_mul(left, q4(c, v3(0.0, 0.0, s))),
-              q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
+    set_form_map(exact, q_mul(left, q4(c, v3(0.0, 0.0, s))),
+                 q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
     set_mean_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi);
     /* The spin is the rotation about a, but the third axis of the solution is -a. */
     exact->spin_angle_rate = -exact->spin_angle_rate;
@@ -336,15 +337,15 @@ static kr_exact_form make_euler_form(const exact_top *top, dd half_turn)
     const double moments[3] = {has_rotor ? pair : top->inertia.x, has_rotor ? pair : top->inertia.y,
                                top->inertia.z};
     const dd m[3] = {dd_of(top->m.x), dd_of(top->m.y), dd_of(top->m.z)};
-    const kr_quat q = round_quaternion(top->q);
+    const kr_quat q = round_to_unit_quaternion(top->q);
     kr_exact_form exact = {0};
     dd body[3];
     turn_back_dd(top->q, m, body);
     exact.constant = top->m;
     const kr_quat left = v_largest(top->m) == 0.0 ? q_one() : q_conj(find_rotation_to_e3(top->m));
-    if (!set_up_steady_motion(&exact, moments, body, dd_dot(body, body), half_turn, q, left)) {
+    if (!set_up_steady_free_motion(&exact, moments, body, dd_dot(body, body), half_turn, q, left)) {
         const body_axes a = reorder_axes(moments, body);
-        set_up_asymmetric_motion(&exact, &a, q, left);
+        set_up_asymmetric_free_motion(&exact, &a, q, left);
     }
     return exact;
 }
@@ -392,7 +393,8 @@ static const char *classify_heavy_motion(const initial *s, const turning_points 
 static void find_turning_times(const initial *s, const turning_points *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
-    const dd mean = elliptic_mean(dd_of(kp), 0, NULL, NULL), here = find_nutation_phase(r, mean.hi);
+    const dd mean = find_agm_and_sums(dd_of(kp), 0, NULL, NULL),
+             here = find_initial_nutation_phase(r, mean.hi);
     const dd rise = dd_sub(dd_of(0.25), here);
     const double turn = 2.0 * two_pi / (sqrt(r->g31.hi) * mean.hi);
     const int falls = s->climb.hi < 0.0;
@@ -405,7 +407,7 @@ static void find_turning_times(const initial *s, const turning_points *r, double
  * nonnegative. The initial time is 0. `rotor` is the momentum of an axial rotor divided by I3. */
 static kr_nutation find_turning_points(const exact_top *top, double rotor)
 {
-    const dd i1 = equal_moment(top);
+    const dd i1 = find_equatorial_moment(top);
     const initial s = find_initial_quantities(top, i1);
     const dd spin = dd_half(dd_sub(s.sum, s.difference)),
              across = dd_sqrt(dd_sub(s.w_square, dd_square(spin)));
@@ -419,7 +421,8 @@ static kr_nutation find_turning_points(const exact_top *top, double rotor)
                      .critical_spin = 2.0 * sqrt(i1.hi * top->lever.hi) / top->inertia.z};
     r.least = r.greatest = find_nutation_angle(s.minus, s.plus);
     r.motion_type = is_free ? "resting" : s.a[2].hi > 0.0 ? "sleeping" : "hanging";
-    if (is_free ? across.hi <= KR_INPUT_RTOL * sqrt(s.w_square.hi) : is_resting_at_pole(&s))
+    if (is_free ? across.hi <= KR_INPUT_RTOL * sqrt(s.w_square.hi)
+                : has_stationary_vertical_axis(&s))
         return r;
     const turning_points heights = find_turning_heights(&s);
     r.least = find_nutation_angle(heights.minus2, heights.plus2);
@@ -429,7 +432,7 @@ static kr_nutation find_turning_points(const exact_top *top, double rotor)
         find_turning_times(&s, &heights, &r.t_greatest, &r.t_least);
     return r;
 }
-static kr_nutation turn_nutation_over(kr_nutation r)
+static kr_nutation exchange_up_down_in_nutation(kr_nutation r)
 {
     const double pi = 3.14159265358979323846;
     kr_nutation s = r;
@@ -452,18 +455,18 @@ static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
     s.top = below ? exchange_up_and_down(top) : *top;
     set_initial_quantities(&s);
     if (half_turn.hi != 0.0) s.half_spin = dd_add(s.half_spin, half_turn);
-    if (is_resting_at_pole(&s.start)) {
+    if (has_stationary_vertical_axis(&s.start)) {
         const dd half = dd_half(s.start.w[2]);
         memset(&s.exact, 0, sizeof s.exact);
         s.exact.constant.z = s.top.m.z;
         s.exact.side = 1.0;
-        set_up_steady_form(&s.exact, round_quaternion(s.top.q), dd_add(half, s.half_spin),
+        set_up_steady_form(&s.exact, round_to_unit_quaternion(s.top.q), dd_add(half, s.half_spin),
                            dd_sub(half, s.half_spin));
     } else
         set_up_moving_tops(&s, 1);
     if (below) {
         restore_up_and_down(&s.exact);
-        make_up_down_exchange(s.exact.frame);
+        set_up_down_map(s.exact.frame);
         s.exact.framed = 1.0;
     }
     return s.exact;
@@ -491,7 +494,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     if (status != KR_OK) return status;
     const kr_kind kind = kr_scene_kind(scene);
     if (kind != KR_KIND_EULER && kind != KR_KIND_LAGRANGE) return KR_ERR_METHOD;
-    if (kr_scene_excludes_exact(scene, own) || !is_initial_tilt_resolved(scene))
+    if (kr_scene_excludes_closed_form(scene, own) || !is_initial_tilt_resolved(scene))
         return KR_ERR_METHOD;
     status = convert_to_internal(scene, kind, &top);
     if (status != KR_OK) return status;
@@ -501,7 +504,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     if (!is_free && top.behind) made.spin_angle_rate = 0.0 - made.spin_angle_rate; /* never -0 */
     if (!own) {
         if (!is_identity(top.axes)) {
-            add_axes_to_frame(made.frame, made.framed != 0.0, top.axes);
+            add_inverse_axes_to_map(made.frame, made.framed != 0.0, top.axes);
             made.framed = 1.0;
         }
         convert_form_to_user(&made, scene->start.t, top.units.time,
@@ -544,7 +547,7 @@ kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation *out)
     kr_nutation r = find_turning_points(&top.own, -2.0 * top.half_turn.hi);
     /* The apex points along the third internal axis or in the opposite direction. */
     r.critical_spin += (top.behind ? -2.0 : 2.0) * top.half_turn.hi;
-    if (below != top.behind) r = turn_nutation_over(r);
+    if (below != top.behind) r = exchange_up_down_in_nutation(r);
     const double time = top.units.time, momentum = top.units.moment / time,
                  energy = momentum / time;
     r.t_least = scene->start.t + time * r.t_least;

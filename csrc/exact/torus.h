@@ -21,12 +21,12 @@ typedef struct kr_torus {
 #define KR_TORUS_ROUNDING 0x1p-48
 
 /* Returns the i-th phase, in turns, at the time `span` after the initial time. */
-INLINE dd torus_phase_at(const kr_torus *torus, int i, dd span)
+INLINE dd find_torus_phase(const kr_torus *torus, int i, dd span)
 {
     const kr_phase *p = &torus->turn[i];
     const phase_lanes phase = {wide_splat(p->fast), wide_splat(p->slow), wide_splat(p->start),
                                wide_splat(p->more)};
-    return phase_at(&phase, span);
+    return evaluate_phase(&phase, span);
 }
 /* Returns the fractional part of an angle in turns, or NaN if the angle is not finite. */
 INLINE double fraction_of_turns(double turns)
@@ -35,7 +35,7 @@ INLINE double fraction_of_turns(double turns)
 }
 /* Returns t minus the initial time [T]. Returns 0 if this time is not below 2^990, or if a phase
  * would change by 2^50 turns or more: the initial state has the right integrals of motion. */
-INLINE dd torus_span(const void *plan, wide t)
+INLINE dd find_elapsed_time(const void *plan, wide t)
 {
     const kr_torus *torus = plan;
     const dd span = two_sum(t, wide_splat(-torus->begin));
@@ -47,8 +47,8 @@ INLINE dd torus_span(const void *plan, wide t)
 }
 /* Turns the attitude q (axes of the closed form -> space) about e3 by an angle, given the sine and
  * cosine of half of this angle. Returns the new attitude (user's axes -> space). */
-INLINE quat_lanes torus_attitude(const kr_torus *torus, wide half_sine, wide half_cosine,
-                                 quat_lanes q)
+INLINE quat_lanes turn_and_convert_attitude(const kr_torus *torus, wide half_sine, wide half_cosine,
+                                            quat_lanes q)
 {
     const kr_quat f = torus->frame;
     const wide s = half_sine, c = half_cosine;
@@ -73,7 +73,7 @@ INLINE void evaluate_torus(torus_kernel *kernel, const void *plan, size_t n, con
         double row[8][LANES];
         for (size_t i = 0; i < LANES; i++) row[0][i] = t[from + i < n ? from + i : from];
         const wide time = wide_load(row[0]);
-        const state_lanes s = kernel(plan, time, torus_span(plan, time));
+        const state_lanes s = kernel(plan, time, find_elapsed_time(plan, time));
         memcpy(row, &s, sizeof row);
         for (size_t i = 0; i < LANES && from + i < n; i++) {
             kr_state *to = &out[from + i];
@@ -83,14 +83,14 @@ INLINE void evaluate_torus(torus_kernel *kernel, const void *plan, size_t n, con
             to->m = v3(row[5][i] + none, row[6][i] + none, row[7][i] + none);
         }
     }
-    wide_leave();
+    wide_zero_upper();
 }
 #else
 /* Returns the state at the time t, or NaN if t is not finite. */
 INLINE kr_state evaluate_torus(torus_kernel *kernel, const void *plan, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
-    return isfinite(t) ? kernel(plan, t, torus_span(plan, t)) : none;
+    return isfinite(t) ? kernel(plan, t, find_elapsed_time(plan, t)) : none;
 }
 #endif
 
@@ -108,7 +108,8 @@ typedef struct kr_gyrostat_plan {
     double coefficient[GYROSTAT_TERMS][4]; /* real and imaginary parts in X and in Y */
 } kr_gyrostat_plan;
 
-INLINE state_lanes gyrostat_kernel(const kr_gyrostat_plan *plan, wide time, dd first, dd second)
+INLINE state_lanes gyrostat_state_at_phases(const kr_gyrostat_plan *plan, wide time, dd first,
+                                            dd second)
 {
     const int terms = (int)plan->terms;
     wide s, c, sum[4];
@@ -134,10 +135,10 @@ INLINE state_lanes gyrostat_kernel(const kr_gyrostat_plan *plan, wide time, dd f
     const kr_vec3 m = plan->momentum;
     return (state_lanes){time, q, {wide_splat(m.x), wide_splat(m.y), wide_splat(m.z)}};
 }
-INLINE state_lanes gyrostat_after(const void *memory, wide time, dd span)
+INLINE state_lanes gyrostat_state_after_span(const void *memory, wide time, dd span)
 {
     const kr_gyrostat_plan *plan = memory;
-    return gyrostat_kernel(plan, time, torus_phase_at(&plan->torus, 0, span),
-                           torus_phase_at(&plan->torus, 1, span));
+    return gyrostat_state_at_phases(plan, time, find_torus_phase(&plan->torus, 0, span),
+                                    find_torus_phase(&plan->torus, 1, span));
 }
 #endif

@@ -189,7 +189,7 @@ static int average_functions(sample_function *function, const void *arc, int cou
 }
 /* Integrates an even function of x minus its average. Writes the coefficient of sin(k x) in the
  * integral to out[k] for k < n. v[i] is the function at pi * i / GRID, for n + 1 equidistant x. */
-static void integrate_samples(const dd v[], const cosine_table *table, int n, double out[])
+static void integrate_to_sines(const dd v[], const cosine_table *table, int n, double out[])
 {
     const int stride = GRID / n;
     for (int k = 1; k < n; k++) {
@@ -245,7 +245,8 @@ static kr_quat make_rotation_about_axis_3(double cosine, double sine)
 }
 /* Writes the components of the space vector v along the internal axes, after these axes are turned
  * about axis 3 by the angle with this cosine and sine. `attitude` is that of the internal axes. */
-static void turn_to_axes(const dd attitude[4], const dd v[3], dd cosine, dd sine, dd out[3])
+static void turn_vector_to_body_axes(const dd attitude[4], const dd v[3], dd cosine, dd sine,
+                                     dd out[3])
 {
     dd r[3];
     turn_back_dd(attitude, v, r);
@@ -264,7 +265,7 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
     if (status != KR_OK) return status;
     const kr_body *body = &scene->body;
     if (scene->gravity == 0.0 || kr_body_kind(body, KR_KIND_RTOL) != kind->kind ||
-        kr_scene_excludes_exact(scene, own))
+        kr_scene_excludes_closed_form(scene, own))
         return KR_ERR_METHOD;
     *refusal = KR_REFUSAL_VERTICAL;
     if (kind->kind == KR_KIND_GORYACHEV_CHAPLYGIN && scene->start.m.z != 0.0) return KR_ERR_METHOD;
@@ -304,9 +305,9 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
     multiply_from_right(turn, working.axes);
     const dd momentum[3] = {dd_of(m.x), dd_of(m.y), dd_of(m.z)},
              up[3] = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
-    turn_to_axes(turn, momentum, c, s, start->momentum);
+    turn_vector_to_body_axes(turn, momentum, c, s, start->momentum);
     for (int k = 0; k < 3; k++) start->momentum[k] = dd_div(start->momentum[k], unit);
-    turn_to_axes(turn, up, c, s, start->up);
+    turn_vector_to_body_axes(turn, up, c, s, start->up);
     start->vertical = dd_div(momentum[2], unit);
     start->has_small_G = 0;
     way->turn = make_rotation_about_axis_3(c.hi, s.hi);
@@ -316,8 +317,8 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
 }
 /* Converts `torus` to the axes and units of the user, with the initial time `begin`, or to internal
  * ones if `own` is nonzero. Writes the period and the frequencies to `info`. */
-static void convert_torus(kr_torus *torus, const torus_units *way, double begin, int own,
-                          kr_exact_info *info)
+static void convert_torus_units(kr_torus *torus, const torus_units *way, double begin, int own,
+                                kr_exact_info *info)
 {
     const double unit = own ? 1.0 : way->units.time;
     for (int i = 0; i < 3; i++) {
@@ -333,14 +334,14 @@ static void convert_torus(kr_torus *torus, const torus_units *way, double begin,
     torus->frame = q_conj(own ? way->turn : way->axes);
 }
 /* Returns the initial angular velocity about axes 1 and 2, and initial momentum along axis 3. */
-static kr_vec3 find_initial_rates(const torus_kind *kind, const torus_start *start)
+static kr_vec3 find_rates_and_momentum(const torus_kind *kind, const torus_start *start)
 {
     const dd *m = start->momentum;
     return v_times(v3(kind->factor / kind->ratio, kind->factor / kind->ratio, 1.0),
                    v3(m[0].hi, m[1].hi, m[2].hi));
 }
 /* Returns 1 if the top swings like a pendulum: axis 2 or 3 stays horizontal, up to rounding errors,
- * and the top rotates about this axis. `rates` is the result of find_initial_rates. */
+ * and the top rotates about this axis. `rates` is the result of find_rates_and_momentum. */
 static int is_planar(const torus_start *start, kr_vec3 rates)
 {
     const double size = 1.0 + v_largest(rates), slack = 1e-13 * size;
@@ -352,7 +353,7 @@ static int is_planar(const torus_start *start, kr_vec3 rates)
 static kr_refusal find_degeneracy(const torus_kind *kind, const torus_start *start,
                                   kr_refusal refusal)
 {
-    const kr_vec3 w = find_initial_rates(kind, start),
+    const kr_vec3 w = find_rates_and_momentum(kind, start),
                   up = v3(start->up[0].hi, start->up[1].hi, start->up[2].hi),
                   /* the time derivative of the momentum in the body frame */
         change = v3((kind->ratio - 1.0) * w.y * w.z,
@@ -365,7 +366,7 @@ static kr_refusal find_degeneracy(const torus_kind *kind, const torus_start *sta
     return start->has_small_G ? KR_REFUSAL_ZERO : refusal;
 }
 /* Writes the plan of a scene to the beginning of `memory` (its first member is a kr_torus), and the
- * frequencies and certificate to `info`. For `own`, see convert_torus. Returns KR_OK or, if a
+ * frequencies and certificate to `info`. For `own`, see convert_torus_units. Returns KR_OK or, if a
  * check fails or the certificate exceeds `bound`, an error, whose reason is info->refusal. */
 static kr_status plan_torus(const kr_scene *scene, int own, double bound, const torus_kind *kind,
                             make_torus_plan *make_plan, void *memory, kr_exact_info *info)
@@ -380,7 +381,7 @@ static kr_status plan_torus(const kr_scene *scene, int own, double bound, const 
     torus->frame = q_one();
     info->refusal = make_plan(memory, &start, &way, &info->certificate);
     if (info->refusal == KR_REFUSAL_NONE) {
-        convert_torus(torus, &way, scene->start.t, own, info);
+        convert_torus_units(torus, &way, scene->start.t, own, info);
         if (info->certificate <= bound) return KR_OK;
         info->refusal = KR_REFUSAL_CERTIFICATE;
     }
@@ -392,7 +393,7 @@ static kr_status plan_torus(const kr_scene *scene, int own, double bound, const 
 typedef struct body_view {
     double w[3], e[3][3];
 } body_view;
-static body_view find_body_view(const torus_kind *kind, kr_state s)
+static body_view find_rates_and_axes(const torus_kind *kind, kr_state s)
 {
     const kr_vec3 m = v_scale(kind->factor, q_turn_back(s.q, s.m));
     body_view r = {.w = {m.x / kind->ratio, m.y / kind->ratio, m.z}};
@@ -403,14 +404,14 @@ static body_view find_body_view(const torus_kind *kind, kr_state s)
     return r;
 }
 static kr_vec3 get_angular_velocity(const body_view *r) { return v3(r->w[0], r->w[1], r->w[2]); }
-/* Returns a span in which the series of advance_body_view has a negligible remainder. */
-static double choose_short_span(const body_view *r)
+/* Returns a span in which the series of advance_by_taylor_series has a negligible remainder. */
+static double choose_taylor_span(const body_view *r)
 {
     return 0.03125 / (1.0 + v_length(get_angular_velocity(r)));
 }
 enum { VIEW_ORDER = 12 };
 /* Advances `view` by the time `span` with the Taylor series of the equations of motion. */
-static void advance_body_view(const torus_kind *kind, double span, body_view *view)
+static void advance_by_taylor_series(const torus_kind *kind, double span, body_view *view)
 {
     const double bend = 1.0 - 1.0 / kind->ratio, across = kind->side * kind->factor / kind->ratio,
                  along = kind->side * kind->factor;
@@ -445,9 +446,9 @@ static void advance_body_view(const torus_kind *kind, double span, body_view *vi
  * `now`. The correct state is computed from `now` with a Taylor series. */
 static double find_taylor_error(const torus_kind *kind, body_view now, double span, kr_state later)
 {
-    const body_view got = find_body_view(kind, later);
+    const body_view got = find_rates_and_axes(kind, later);
     double square = 0.0;
-    advance_body_view(kind, span, &now);
+    advance_by_taylor_series(kind, span, &now);
     for (int i = 0; i < 9; i++) {
         const double d = now.e[i / 3][i % 3] - got.e[i / 3][i % 3];
         square += 0.5 * d * d;

@@ -51,7 +51,7 @@ static int check_finite(const double *a, int n)
 
 static kr_quat find_attitude_rate(const kr_motion *motion, kr_quat q, kr_quat q_times_W)
 {
-    const kr_vec3 S = motion_turning(motion);
+    const kr_vec3 S = motion_support_velocity(motion);
     return q_scale(0.5, v_largest(S) > 0.0 ? q_add(q_times_W, q_mul(q4(0.0, v_scale(-1.0, S)), q))
                                            : q_times_W);
 }
@@ -60,7 +60,7 @@ int kr_gsl_rates(double t, const double y[], double rate[], void *params)
     kr_motion *motion = params;
     const kr_quat q = ode_attitude(y);
     const kr_vec3 W = ode_velocity(y), I = motion->inertia;
-    const kr_vec3 M = motion_add_rotor(motion, v_times(I, W)), P = q_vertical(q),
+    const kr_vec3 M = motion_add_rotor(motion, v_times(I, W)), P = q_turn_e3_back(q),
                   torque = v_add(v_cross(M, W), v_cross(P, find_effective_lever(motion, P)));
     (void)t;
     set_ode_vector(rate, find_attitude_rate(motion, q, q_mul(q, q4(0.0, W))), v_over(torque, I));
@@ -74,7 +74,7 @@ int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[
     kr_motion *motion = params;
     const kr_quat q = ode_attitude(y), e3 = q4(0.0, v3(0.0, 0.0, 1.0));
     const kr_vec3 W = ode_velocity(y), I = motion->inertia,
-                  M = motion_add_rotor(motion, v_times(I, W)), P = q_vertical(q),
+                  M = motion_add_rotor(motion, v_times(I, W)), P = q_turn_e3_back(q),
                   lever = find_effective_lever(motion, P);
     (void)t;
     for (int j = 0; j < GSL_SIZE; j++) {
@@ -97,7 +97,7 @@ int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[
 }
 
 static double tolerance(const kr_motion *motion) { return motion->tol > 0.0 ? motion->tol : 1e-12; }
-static void release_tools(kr_motion *motion)
+static void release_gsl_objects(kr_motion *motion)
 {
     tools *use = motion->aux;
     if (!use) return;
@@ -120,12 +120,12 @@ static kr_status ode_begin(kr_motion *motion, const kr_state *start,
         use->step = gsl_odeiv2_step_alloc(type, GSL_SIZE);
         use->control = gsl_odeiv2_control_y_new(tolerance(motion), tolerance(motion));
         if (!use->step || !use->control) {
-            release_tools(motion);
+            release_gsl_objects(motion);
             return KR_ERR_MEMORY;
         }
     }
     gsl_odeiv2_step_reset(((tools *)motion->aux)->step);
-    set_ode_vector(p->y, start->q, motion_velocity(motion, q_turn_back(start->q, start->m)));
+    set_ode_vector(p->y, start->q, motion_body_velocity(motion, q_turn_back(start->q, start->m)));
     p->h = motion->step != 0.0 ? motion->step : 1e-3;
     return kr_gsl_rates(0.0, p->y, p->rate, motion) == GSL_SUCCESS ? KR_OK : KR_ERR_NOT_FINITE;
 }
@@ -144,7 +144,7 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
 static double find_longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;
-    const double rate = v_length(W) + v_length(motion_turning(motion)) +
+    const double rate = v_length(W) + v_length(motion_support_velocity(motion)) +
                         v_length(motion->rotor) / fmin(I.x, fmin(I.y, I.z));
     const double x = fabs(l.x), y = fabs(l.y), z = fabs(l.z),
                  steep = fabs(motion->gradient) * v_largest(I) / fmin(I.x, fmin(I.y, I.z)),
@@ -207,7 +207,7 @@ const kr_method kr_method_gsl_rk8pd = {
     .reset = reset_rk8pd,
     .step = ode_step,
     .read = ode_read,
-    .release = release_tools,
+    .release = release_gsl_objects,
 };
 const kr_method kr_method_gsl_bsimp = {
     KR_METHOD_TEXTS("gsl_bsimp",
@@ -220,5 +220,5 @@ const kr_method kr_method_gsl_bsimp = {
     .reset = reset_bsimp,
     .step = ode_step,
     .read = ode_read,
-    .release = release_tools,
+    .release = release_gsl_objects,
 };

@@ -93,7 +93,7 @@ static inline dd dd_add(dd a, dd b)
 }
 /* Returns a + b with an error of at most 2^-104 * (|a| + |b|), in half the time of dd_add. The
  * relative error can be large if a and b have opposite signs. */
-static inline dd dd_add_near(dd a, dd b)
+static inline dd dd_add_sloppy(dd a, dd b)
 {
     const dd s = two_sum(a.hi, b.hi);
     return two_sum_ordered(s.hi, s.lo + (a.lo + b.lo));
@@ -127,7 +127,7 @@ static inline dd dd_div(dd a, dd b)
 }
 /* Returns a / b with one division of doubles instead of two, which is faster than dd_div. Requires
  * that the double 1 / b.hi is normal. */
-static inline dd dd_over(dd a, dd b)
+static inline dd dd_div_fast(dd a, dd b)
 {
     const dd_word inverse = 1.0 / b.hi, q = a.hi * inverse;
     const dd p = two_product(q, b.hi);

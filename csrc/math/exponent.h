@@ -34,7 +34,7 @@ static inline double times_power_of_2(double x, int power)
     return power < -1022 || power > 1023 ? ldexp(x, power) : x * power_of_2(power);
 }
 /* Returns the least exponent e with 2^e > |x|, but at most 1023; 0 if x = 0. */
-static inline int power_above(double x)
+static inline int exponent_above(double x)
 {
     int exponent = 0;
     fraction_of(x, &exponent);

@@ -123,7 +123,7 @@ INLINE wide wide_load(const double *p)
 }
 /* Loads a vector like wide_load, and forces gcc to keep the vector in a register. With AVX-512, gcc
  * would load the vector again at each use, and the loads would take longer than the arithmetic. */
-INLINE wide wide_load_once(const double *p)
+INLINE wide wide_load_to_register(const double *p)
 {
     wide a = wide_load(p);
 #if defined KR_AVX512 && !defined KR_PLAIN && !defined __clang__
@@ -147,7 +147,7 @@ INLINE wide wide_of_bits(wide_integer a)
 }
 /* Zeroes the upper halves of the AVX registers. Must be called after code that uses `wide`, because
  * later SSE code would otherwise run slowly on some processors. */
-INLINE void wide_leave(void)
+INLINE void wide_zero_upper(void)
 {
 #if defined KR_AVX2 && !defined KR_ONE_LANE && !defined KR_PLAIN
     _mm256_zeroupper();

@@ -81,7 +81,7 @@ static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q))
 /* Returns q / |q|, if |q| differs from 1 only by rounding errors, so that one step of Newton's
  * method suffices: q + e q with e = (1 - |q|^2) / 2. The rounding errors of the product (1 + e) q
  * would not average out, and would cause an energy drift of 1e-12 over 1e6 steps. */
-static inline kr_quat q_renew(kr_quat q)
+static inline kr_quat q_renormalize(kr_quat q)
 {
     const double e = 0.5 - 0.5 * q_dot(q, q);
     return q4(q.w + e * q.w, v_axpy(e, q_vec(q), q_vec(q)));
@@ -102,13 +102,13 @@ static inline kr_vec3 q_turn(kr_quat q, kr_vec3 v)
 }
 static inline kr_vec3 q_turn_back(kr_quat q, kr_vec3 v) { return q_turn(q_conj(q), v); }
 /* Returns q e3 q*: the third body axis in the space frame. */
-static inline kr_vec3 q_axis(kr_quat q)
+static inline kr_vec3 q_turn_e3(kr_quat q)
 {
     return v3(2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.y * q.z - q.w * q.x),
               (q.w * q.w + q.z * q.z) - (q.x * q.x + q.y * q.y));
 }
 /* Returns q* e3 q: the vertical in the body frame. */
-static inline kr_vec3 q_vertical(kr_quat q)
+static inline kr_vec3 q_turn_e3_back(kr_quat q)
 {
     return v3(2.0 * (q.x * q.z - q.w * q.y), 2.0 * (q.y * q.z + q.w * q.x),
               (q.w * q.w + q.z * q.z) - (q.x * q.x + q.y * q.y));

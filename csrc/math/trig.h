@@ -11,7 +11,7 @@
 
 /* Writes cos(x) - 1 to `c` and sin(x)/x to `s`, given x_squared = x^2 <= (pi/4)^2. Divides by no
  * power of x, so x = 0 is no special case. */
-static inline void less_one_sinc_small(double x_squared, double *c, double *s)
+static inline void cosm1_sinc_small(double x_squared, double *c, double *s)
 {
     const double z = x_squared, z2 = z * z, z4 = z2 * z2;
     *c = (z2 * (1.0 / 24 - z * (1.0 / 720)) - z * (1.0 / 2)) +
@@ -25,7 +25,7 @@ static inline void less_one_sinc_small(double x_squared, double *c, double *s)
 }
 static inline void cos_sinc_small(double x_squared, double *c, double *s)
 {
-    less_one_sinc_small(x_squared, c, s);
+    cosm1_sinc_small(x_squared, c, s);
     *c += 1.0;
 }
 
@@ -70,7 +70,7 @@ static inline void cos_sinc(double x_squared, double *c, double *s)
 static inline void cosm1_sinc(double x_squared, double *c, double *s)
 {
     if (x_squared <= 0.61) {
-        less_one_sinc_small(x_squared, c, s);
+        cosm1_sinc_small(x_squared, c, s);
     } else {
         cos_sinc(x_squared, c, s);
         *c -= 1.0;

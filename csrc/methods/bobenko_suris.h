@@ -28,7 +28,7 @@ enum {
 static inline kr_vec3 bobenko_suris_momentum_after_kick(const bobenko_suris_orbit *o,
                                                         double strength)
 {
-    const kr_vec3 a = q_axis(o->q);
+    const kr_vec3 a = q_turn_e3(o->q);
     return v3(o->m.x - strength * a.y, o->m.y + strength * a.x, o->m.z);
 }
 static inline void bobenko_suris_drift(bobenko_suris_orbit *o)
@@ -59,7 +59,7 @@ static inline void bobenko_suris_begin(bobenko_suris_orbit *o, const kr_motion *
 /* Returns s, half the twist angle, for the maps bobenko_suris and bobenko_suris2. */
 static inline double bobenko_suris_half_twist(const kr_motion *motion, const kr_state *start)
 {
-    const double half = 0.5 * motion->step * v_dot(start->m, q_axis(start->q));
+    const double half = 0.5 * motion->step * v_dot(start->m, q_turn_e3(start->q));
     return half / motion->inertia.z - arc_tangent(half / motion->inertia.x);
 }
 static inline int bobenko_suris_is_valid(const void *work)

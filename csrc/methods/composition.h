@@ -52,7 +52,7 @@ typedef struct composition {
 } composition;
 
 /* Returns the drift and kick coefficients of the composition in one row of compose_table. */
-static inline composition compose(int row)
+static inline composition make_composition(int row)
 {
     const int stages = compose_table[row].stages, kicks = compose_table[row].kicks,
               last = stages - 1;
@@ -85,7 +85,7 @@ static inline kr_status composed_begin(kr_motion *motion, const kr_state *start,
 {
     composed *p = (composed *)motion->work;
     splitting_begin(&p->s, motion, start);
-    p->c = compose(row);
+    p->c = make_composition(row);
     splitting_kick(&p->s, motion, p->c.ahead);
     return KR_OK;
 }
@@ -94,10 +94,10 @@ static inline kr_status composed_step(kr_motion *motion, double until)
     composed *p = (composed *)motion->work;
     const int stages = p->c.stages;
     (void)until;
-    /* splitting_drift_extra takes the address of the state, which must then be in memory. */
+    /* drift_with_rotor_or_support takes the address of the state, which must then be in memory. */
     if (p->s.extra != 0.0) {
         for (int i = 0; i < stages; i++) {
-            splitting_drift_extra(&p->s, p->c.drift[i]);
+            drift_with_rotor_or_support(&p->s, p->c.drift[i]);
             splitting_kick(&p->s, motion, p->c.kick[i]);
         }
     } else {

@@ -10,7 +10,7 @@
 
 static kr_vec3 body_velocity(const kr_motion *motion, const double y[GBS_SIZE])
 {
-    return motion_velocity(motion, v_of(y));
+    return motion_body_velocity(motion, v_of(y));
 }
 static kr_vec3 rotate_to_space(const double y[GBS_SIZE], kr_vec3 v)
 {
@@ -28,17 +28,17 @@ static void kirchhoff_rates(kr_motion *motion, const double y[GBS_SIZE], double 
 {
     const kr_vec3 W = body_velocity(motion, y), lever = find_effective_lever(motion, v_of(y + 9));
     v_put(rate, v_add(v_cross(v_of(y), W), v_cross(v_of(y + 9), lever)));
-    const kr_vec3 S = motion_turning(motion),
+    const kr_vec3 S = motion_support_velocity(motion),
                   U = v_sub(W, v_axpy(S.x, v_of(y + 3),
                                       v_axpy(S.y, v_of(y + 6), v_scale(S.z, v_of(y + 9)))));
     for (int i = 3; i < GBS_SIZE; i += 3) v_put(rate + i, v_cross(v_of(y + i), U));
     motion->stats.evaluations++;
 }
-static kr_vec3 kirchhoff_velocity(const kr_motion *motion, const double y[GBS_SIZE])
+static kr_vec3 kirchhoff_space_velocity(const kr_motion *motion, const double y[GBS_SIZE])
 {
     return rotate_to_space(y, body_velocity(motion, y));
 }
-static kr_vec3 kirchhoff_momentum(const kr_motion *motion, const double y[GBS_SIZE])
+static kr_vec3 kirchhoff_space_momentum(const kr_motion *motion, const double y[GBS_SIZE])
 {
     (void)motion;
     return rotate_to_space(y, v_of(y));
@@ -51,8 +51,8 @@ static kr_quat kirchhoff_attitude(const double y[GBS_SIZE], kr_quat last)
 static const gbs_form kirchhoff_form = {
     .begin = kirchhoff_begin,
     .rates = kirchhoff_rates,
-    .velocity = kirchhoff_velocity,
-    .momentum = kirchhoff_momentum,
+    .velocity = kirchhoff_space_velocity,
+    .momentum = kirchhoff_space_momentum,
     .attitude = kirchhoff_attitude,
 };
 EXTRAPOLATION_METHOD(extrap_kirchhoff, kirchhoff_form,

@@ -52,13 +52,13 @@ typedef struct {
 } gbs_attempt;
 
 /* Returns the number of evaluations of the right-hand side for rows 1 to `row` of the table. */
-static inline double gbs_cost(int row) { return 1.0 + row * (row + 1); }
+static inline double gbs_evaluations(int row) { return 1.0 + row * (row + 1); }
 static inline int gbs_min(int a, int b) { return a < b ? a : b; }
 static inline double gbs_square(double x) { return x * x; }
 
 /* Returns the scaled norm of a - b, the root mean square of (a - b) / (1 + max(|y|, |z|)). */
-static inline double gbs_norm(const double a[GBS_SIZE], const double b[GBS_SIZE],
-                              const double y[GBS_SIZE], const double z[GBS_SIZE])
+static inline double gbs_scaled_distance(const double a[GBS_SIZE], const double b[GBS_SIZE],
+                                         const double y[GBS_SIZE], const double z[GBS_SIZE])
 {
     double sum = 0.0;
     for (int i = 0; i < GBS_SIZE; i++)
@@ -79,7 +79,8 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
     }
     for (int k = 1; k < n; k++) {
         a->form->rates(a->motion, now, rate);
-        if (k == 1 && row <= 2 && gbs_norm(rate, a->rate, a->y, a->y) > 2.0 * a->speed) return 0;
+        if (k == 1 && row <= 2 && gbs_scaled_distance(rate, a->rate, a->y, a->y) > 2.0 * a->speed)
+            return 0;
         for (int i = 0; i < GBS_SIZE; i++) {
             const double next = before[i] + 2.0 * h * rate[i];
             before[i] = now[i];
@@ -111,11 +112,11 @@ static inline int gbs_add_row(gbs_attempt *a, int row)
     a->work[row] = INFINITY; /* a single row gives no estimate of its error */
     if (row == 1) return 1;
     gbs_extrapolate(a, row);
-    a->err = gbs_norm(a->table[1], a->table[2], a->table[1], a->table[2]) / a->tol;
+    a->err = gbs_scaled_distance(a->table[1], a->table[2], a->table[1], a->table[2]) / a->tol;
     if (!(a->err < 1e15) || (row > 2 && a->err >= fmax(4.0 * last, 1.0))) return 0;
     a->length[row] =
         fabs(a->h) / fmin(4.0 / shrink, fmax(shrink, pow(a->err / 0.65, exponent) / 0.94));
-    a->work[row] = gbs_cost(row) / a->length[row];
+    a->work[row] = gbs_evaluations(row) / a->length[row];
     return 1;
 }
 /* Computes the table up to row target + 1, and returns the first row, not before row `from`, that
@@ -151,12 +152,13 @@ static inline int gbs_best_row(const gbs_attempt *a, int target, int rejected)
     }
     return best;
 }
-static inline gbs_control gbs_plan_next(const gbs_attempt *a, int target, int rejected)
+static inline gbs_control gbs_plan_next_step(const gbs_attempt *a, int target, int rejected)
 {
     const int row = a->row, best = gbs_best_row(a, target, rejected);
     gbs_control next = {.h = a->length[best <= row ? best : row], .target = best};
     /* The step size of a row not yet computed follows from the costs of the rows, as in ODEX. */
-    if (best > row) next.h *= gbs_cost(row < target ? best + 1 : best) / gbs_cost(row);
+    if (best > row)
+        next.h *= gbs_evaluations(row < target ? best + 1 : best) / gbs_evaluations(row);
     if (rejected) next.h = fmin(next.h, fabs(a->h));
     return next;
 }
@@ -209,7 +211,7 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
     gbs_attempt a = {.motion = motion, .form = form, .y = p->y, .tol = gbs_tolerance(motion)};
     gbs_control now = p->next;
     form->rates(motion, p->y, a.rate);
-    a.speed = gbs_norm(a.rate, zero, p->y, p->y);
+    a.speed = gbs_scaled_distance(a.rate, zero, p->y, p->y);
     if (!isfinite(a.speed)) return KR_ERR_NOT_FINITE;
     if (a.tol < DBL_EPSILON) return KR_ERR_STEP; /* below rounding errors */
     for (int rejected = 0; rejected < GBS_TRIES; rejected++) {
@@ -223,7 +225,7 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
         if (outcome > GBS_REJECTED) {
             gbs_accept_step(motion, &a, end);
             /* A step shortened to end at `until` does not affect the size of the next step. */
-            if (!lands || rejected) p->next = gbs_plan_next(&a, now.target, rejected > 0);
+            if (!lands || rejected) p->next = gbs_plan_next_step(&a, now.target, rejected > 0);
             return KR_OK;
         }
         now = gbs_plan_retry(&a, now, outcome);

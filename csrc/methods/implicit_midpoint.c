@@ -27,7 +27,7 @@ typedef struct {
 
 /* Evaluates the residual and the other members of `attempt` for an approximate angular velocity V.
  * M and P are the momentum and the vertical at the beginning of the step, in the body frame. */
-static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
+static attempt evaluate_midpoint_residual(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
     attempt a = {.y = v_scale(0.25 * motion->step, V)};
     a.r = q_unit(q4(1.0, a.y));
@@ -39,7 +39,7 @@ static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, k
 }
 /* Returns the Newton correction to subtract from V: the solution of a linear system whose columns
  * are the derivatives of the residual by the components of V. */
-static kr_vec3 newton_correction(const kr_motion *motion, const attempt *a)
+static kr_vec3 find_newton_correction(const kr_motion *motion, const attempt *a)
 {
     const double half = 0.5 * motion->step, scale = half / (1.0 + v_dot(a->y, a->y));
     /* M without the contribution of the torque */
@@ -63,13 +63,13 @@ static kr_status midpoint_reset(kr_motion *motion, const kr_state *start)
     midpoint_state *p = (midpoint_state *)motion->work;
     p->q = start->q;
     p->m = start->m;
-    p->V = motion_velocity(motion, q_turn_back(start->q, start->m));
+    p->V = motion_body_velocity(motion, q_turn_back(start->q, start->m));
     return KR_OK;
 }
 static kr_status midpoint_step(kr_motion *motion, double until)
 {
     midpoint_state *p = (midpoint_state *)motion->work;
-    const kr_vec3 M = q_turn_back(p->q, p->m), P = q_vertical(p->q);
+    const kr_vec3 M = q_turn_back(p->q, p->m), P = q_turn_e3_back(p->q);
     const double size = v_largest(M) + v_largest(motion->rotor) +
                         fabs(motion->step) * (v_largest(motion->lever) +
                                               fabs(motion->gradient) * v_largest(motion->inertia));
@@ -77,18 +77,19 @@ static kr_status midpoint_step(kr_motion *motion, double until)
     kr_vec3 V = p->V;
     (void)until;
     for (int i = 0; i < MOST; i++) {
-        const attempt a = evaluate_attempt(motion, M, P, V);
+        const attempt a = evaluate_midpoint_residual(motion, M, P, V);
         motion->stats.iterations++;
         motion->stats.evaluations++;
         if (v_largest(a.residual) <= tol) {
             const kr_quat middle = q_mul(p->q, a.r);
-            const kr_vec3 lever = q_turn(middle, find_effective_lever(motion, q_vertical(middle)));
+            const kr_vec3 lever =
+                q_turn(middle, find_effective_lever(motion, q_turn_e3_back(middle)));
             p->m = v_axpy(motion->step, v3(-lever.y, lever.x, 0.0), p->m);
-            p->q = q_renew(q_mul(middle, a.r));
+            p->q = q_renormalize(q_mul(middle, a.r));
             p->V = V;
             return KR_OK;
         }
-        V = v_sub(V, newton_correction(motion, &a));
+        V = v_sub(V, find_newton_correction(motion, &a));
     }
     return KR_ERR_CONVERGENCE;
 }

@@ -25,7 +25,7 @@ typedef struct modified_kick {
     int lagrange; /* nonzero: the body is a Lagrange top */
 } modified_kick;
 
-static inline modified_kick modified_kick_begin(const kr_motion *motion)
+static inline modified_kick make_modified_kick(const kr_motion *motion)
 {
     const kr_vec3 I = motion->inertia;
     const double h = motion->step;
@@ -41,12 +41,12 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
 static inline kr_vec3 modified_kick_impulse(const modified_kick *kick, kr_quat q, double part)
 {
     const kr_vec3 A = kick->lever;
-    kr_vec3 a = q_axis(q);
+    kr_vec3 a = q_turn_e3(q);
     if (kick->lagrange)
         a = v_scale(A.z - kick->k * kick->inverse.x * (A.z * A.z) * a.z, a);
     else
-        a = q_turn(
-            q, v_axpy(kick->k, v_cross(A, v_times(kick->inverse, v_cross(q_vertical(q), A))), A));
+        a = q_turn(q, v_axpy(kick->k,
+                             v_cross(A, v_times(kick->inverse, v_cross(q_turn_e3_back(q), A))), A));
     return v3(-part * kick->h * a.y, part * kick->h * a.x, 0.0);
 }
 /* Returns 1 if the top rotates by at most max_angle radians per step, else 0. The estimated rate of
@@ -56,7 +56,7 @@ static inline int modified_kick_is_step_small(const modified_kick *kick, const k
 {
     const kr_vec3 M = v_sub(q_turn_back(start->q, start->m), kick->rotor), A = kick->lever;
     /* potential energy of `start` minus the smallest potential energy */
-    const double above = v_dot(A, q_vertical(start->q)) + v_length(A);
+    const double above = v_dot(A, q_turn_e3_back(start->q)) + v_length(A);
     const double rate2 =
         (v_dot(M, v_times(kick->inverse, M)) + 2.0 * above) * v_largest(kick->inverse);
     const double carried = v_length(kick->rotor) * v_largest(kick->inverse);
@@ -76,7 +76,7 @@ static inline kr_status modified_kick_apply_processor(const modified_kick *kick,
     for (int i = 0; i < PROCESSOR_MOST; i++) {
         const kr_vec3 last = turn, before = change;
         const kr_quat middle = q_mul(*q, q_exp(v_scale(0.5, turn)));
-        const kr_vec3 P = q_vertical(middle), M = q_turn_back(middle, v_axpy(0.5, change, *m)),
+        const kr_vec3 P = q_turn_e3_back(middle), M = q_turn_back(middle, v_axpy(0.5, change, *m)),
                       W = v_times(kick->inverse, v_sub(M, kick->rotor));
         turn = v_scale(k, v_times(kick->inverse, v_cross(kick->lever, P)));
         change = q_turn(middle, v_scale(k, v_cross(P, v_cross(W, kick->lever))));

@@ -33,7 +33,7 @@ static inline void space_frame_rates(kr_motion *motion, const double y[SPACE_FRA
     const kr_vec3 I = motion->inertia, c = find_effective_lever(motion, v3(N.z, B.z, T.z));
     const kr_vec3 a = v_axpy(c.x, N, v_axpy(c.y, B, v_scale(c.z, T))); /* mass * gravity * a */
     const kr_vec3 f = v_add(v_cross(space_frame_momentum(motion, y), w), v3(-a.y, a.x, 0.0));
-    const kr_vec3 turning = motion_turning(motion), u = v_sub(w, turning);
+    const kr_vec3 turning = motion_support_velocity(motion), u = v_sub(w, turning);
     v_put(rate, v_axpy(v_dot(f, N) / I.x, N,
                        v_axpy(v_dot(f, B) / I.y, B, v_scale(v_dot(f, T) / I.z, T))));
     if (v_largest(turning) > 0.0) v_put(rate, v_sub(v_of(rate), v_cross(turning, w)));
@@ -46,7 +46,7 @@ static inline void space_frame_begin(const kr_motion *motion, const kr_state *s,
                                      double y[SPACE_FRAME])
 {
     const kr_vec3 M = q_turn_back(s->q, s->m);
-    v_put(y, q_turn(s->q, motion_velocity(motion, M)));
+    v_put(y, q_turn(s->q, motion_body_velocity(motion, M)));
     v_put(y + 3, q_turn(s->q, v3(1.0, 0.0, 0.0)));
     v_put(y + 6, q_turn(s->q, v3(0.0, 1.0, 0.0)));
     v_put(y + 9, q_turn(s->q, v3(0.0, 0.0, 1.0)));

@@ -54,14 +54,14 @@ static inline void splitting_begin(splitting *s, const kr_motion *motion, const 
                      .round = motion->step / I.y,
                      .t = 0.5 * motion->step * ((I.y - I.z) / (I.z * I.y)),
                      .rotor = v_scale(-0.5 * motion->step, v_over(motion->rotor, I)),
-                     .turning = v_scale(-0.5 * motion->step, motion_turning(motion))};
+                     .turning = v_scale(-0.5 * motion->step, motion_support_velocity(motion))};
     if (fabs(I.y - I.x) > 4.0 * DBL_EPSILON * I.y)
         s->n = 0.5 * motion->step * ((I.y - I.x) / (I.x * I.y));
     else if (motion->lever.x == 0.0 && motion->lever.y == 0.0 && s->rotor.x == 0.0 &&
              s->rotor.y == 0.0) {
         /* The rotation of a Lagrange top about its symmetry axis T is the same in every step and
          * commutes with all other rotations. It is therefore applied only when a state is read. */
-        s->s = s->t * v_dot(start->m, q_axis(start->q)) + s->rotor.z;
+        s->s = s->t * v_dot(start->m, q_turn_e3(start->q)) + s->rotor.z;
         s->t = 0.0;
         s->rotor.z = 0.0;
     }
@@ -69,7 +69,7 @@ static inline void splitting_begin(splitting *s, const kr_motion *motion, const 
 }
 
 /* Returns sum + change + low, and writes the rounding error of this sum to `low`. */
-static inline double splitting_sum(double sum, double change, double *low)
+static inline double splitting_add_compensated(double sum, double change, double *low)
 {
     const double all = change + *low, next = sum + all;
     *low = all - (next - sum);
@@ -79,8 +79,8 @@ static inline double splitting_sum(double sum, double change, double *low)
  * of the angular momentum m. */
 static inline void splitting_add_impulse(splitting *s, kr_vec3 change)
 {
-    s->m.x = splitting_sum(s->m.x, change.x, &s->low_m.x);
-    s->m.y = splitting_sum(s->m.y, change.y, &s->low_m.y);
+    s->m.x = splitting_add_compensated(s->m.x, change.x, &s->low_m.x);
+    s->m.y = splitting_add_compensated(s->m.y, change.y, &s->low_m.y);
 }
 /* Adds the torque, multiplied by the fraction `part` of the step size, to the momentum. */
 static inline void splitting_kick(splitting *s, const kr_motion *motion, double part)
@@ -96,7 +96,7 @@ typedef struct splitting_body {
     kr_quat r;
 } splitting_body;
 
-static inline splitting_body splitting_begin_body(const splitting *s)
+static inline splitting_body splitting_rotate_to_body(const splitting *s)
 {
     return (splitting_body){.m = q_turn_back(s->q, s->m)};
 }
@@ -131,7 +131,7 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
 /* Rotates the attitude q about the momentum m by the angle part * step * |m| / I_B, and normalizes
  * q. Unless `b` is NULL, the rotation 1 + b->r of the body is applied as well. The norm of q is
  * measured before the rotations, so that its correction does not depend on their angles. */
-SPLITTING_INLINE void splitting_rotate(splitting *s, const splitting_body *b, double part)
+SPLITTING_INLINE void splitting_rotate_about_m(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);
     double c, sinc;
@@ -139,13 +139,13 @@ SPLITTING_INLINE void splitting_rotate(splitting *s, const splitting_body *b, do
     kr_quat change = q_mul(q4(c, v_scale(0.5 * sinc, turn)), s->q);
     if (b) change = q_add(change, q_mul(q_add(s->q, change), b->r));
     change = q_add(change, q_scale(0.5 - 0.5 * q_dot(s->q, s->q), q_add(s->q, change)));
-    s->q.w = splitting_sum(s->q.w, change.w, &s->low_q.w);
-    s->q.x = splitting_sum(s->q.x, change.x, &s->low_q.x);
-    s->q.y = splitting_sum(s->q.y, change.y, &s->low_q.y);
-    s->q.z = splitting_sum(s->q.z, change.z, &s->low_q.z);
+    s->q.w = splitting_add_compensated(s->q.w, change.w, &s->low_q.w);
+    s->q.x = splitting_add_compensated(s->q.x, change.x, &s->low_q.x);
+    s->q.y = splitting_add_compensated(s->q.y, change.y, &s->low_q.y);
+    s->q.z = splitting_add_compensated(s->q.z, change.z, &s->low_q.z);
 }
 /* Rotates the attitude and the momentum against the support for `part` times the step size. */
-static inline void splitting_turn_support(splitting *s, double part)
+static inline void splitting_turn_against_support(splitting *s, double part)
 {
     const kr_vec3 half = v_scale(part, s->turning);
     if (v_largest(half) == 0.0) return;
@@ -161,12 +161,12 @@ static inline void splitting_turn_support(splitting *s, double part)
     s->m = m;
 }
 /* Returns 1 if the drift is the exact free motion of the body and its rotor. */
-static inline int splitting_is_exact(const splitting *s)
+static inline int splitting_is_drift_exact(const splitting *s)
 {
     return s->n == 0.0 && s->rotor.x == 0.0 && s->rotor.y == 0.0;
 }
 /* Rotates a body with a rotor about N, B, T, B and N in turn, for `part` times the step size. */
-static void splitting_turn_rotor(splitting_body *b, const splitting *s, double part)
+static void splitting_rotate_gyrostat(splitting_body *b, const splitting *s, double part)
 {
     static const int axes[] = {0, 1, 2, 1, 0};
     const double slopes[] = {s->n, 0.0, s->t}, rotor[] = {s->rotor.x, s->rotor.y, s->rotor.z};
@@ -184,27 +184,27 @@ SPLITTING_INLINE void splitting_drift_plain(splitting *s, double part)
 {
     splitting_body b;
     if (s->t == 0.0 && s->n == 0.0) {
-        splitting_rotate(s, NULL, part);
+        splitting_rotate_about_m(s, NULL, part);
         return;
     }
-    b = splitting_begin_body(s);
+    b = splitting_rotate_to_body(s);
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
     splitting_turn_t(&b, part * s->t);
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
-    splitting_rotate(s, &b, part);
+    splitting_rotate_about_m(s, &b, part);
 }
 /* Applies the drift of a body with a rotor or on a turning support for `part` of a step. */
-APART void splitting_drift_extra(splitting *s, double part)
+APART void drift_with_rotor_or_support(splitting *s, double part)
 {
-    splitting_body b = splitting_begin_body(s);
-    splitting_turn_rotor(&b, s, part);
-    splitting_rotate(s, &b, part);
-    splitting_turn_support(s, part);
+    splitting_body b = splitting_rotate_to_body(s);
+    splitting_rotate_gyrostat(&b, s, part);
+    splitting_rotate_about_m(s, &b, part);
+    splitting_turn_against_support(s, part);
 }
 static inline void splitting_drift(splitting *s, double part)
 {
     if (s->extra != 0.0)
-        splitting_drift_extra(s, part);
+        drift_with_rotor_or_support(s, part);
     else
         splitting_drift_plain(s, part);
 }

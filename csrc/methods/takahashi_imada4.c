@@ -20,9 +20,9 @@ static kr_status takahashi_reset(kr_motion *motion, const kr_state *start)
 {
     takahashi_state *p = (takahashi_state *)motion->work;
     splitting_begin(&p->s, motion, start);
-    p->kick = modified_kick_begin(motion);
-    p->c = compose(SUZUKI4);
-    const int is_exact = p->kick.lagrange && splitting_is_exact(&p->s);
+    p->kick = make_modified_kick(motion);
+    p->c = make_composition(SUZUKI4);
+    const int is_exact = p->kick.lagrange && splitting_is_drift_exact(&p->s);
     if (!is_exact && !modified_kick_is_step_small(&p->kick, start, 2.5)) return KR_ERR_STEP_SIZE;
     const kr_status status = modified_kick_apply_processor(&p->kick, -1.0, &p->s.q, &p->s.m);
     splitting_add_impulse(&p->s, modified_kick_impulse(&p->kick, p->s.q, 0.5));
@@ -30,13 +30,13 @@ static kr_status takahashi_reset(kr_motion *motion, const kr_state *start)
 }
 static void takahashi_drift(takahashi_state *p)
 {
-    if (splitting_is_exact(&p->s)) {
+    if (splitting_is_drift_exact(&p->s)) {
         splitting_drift(&p->s, 1.0);
         return;
     }
-    splitting_body b = splitting_begin_body(&p->s);
+    splitting_body b = splitting_rotate_to_body(&p->s);
     if (p->s.extra != 0.0) {
-        for (int i = 0; i < p->c.stages; i++) splitting_turn_rotor(&b, &p->s, p->c.drift[i]);
+        for (int i = 0; i < p->c.stages; i++) splitting_rotate_gyrostat(&b, &p->s, p->c.drift[i]);
     } else {
         splitting_turn_n(&b, p->c.ahead * p->s.n);
         for (int i = 0; i < p->c.stages; i++) {
@@ -44,7 +44,7 @@ static void takahashi_drift(takahashi_state *p)
             splitting_turn_n(&b, (i + 1 < p->c.stages ? p->c.kick[i] : p->c.ahead) * p->s.n);
         }
     }
-    splitting_rotate(&p->s, &b, 1.0);
+    splitting_rotate_about_m(&p->s, &b, 1.0);
 }
 static kr_status takahashi_step(kr_motion *motion, double until)
 {

@@ -39,7 +39,7 @@ static inline kr_status veselov_drift(kr_motion *motion, kr_vec3 I, kr_vec3 m, k
         motion->stats.iterations++;
         if (v_largest(F) <= tol) {
             *r = x;
-            *q = q_renew(q_mul(*q, q4(r0, x)));
+            *q = q_renormalize(q_mul(*q, q4(r0, x)));
             return KR_OK;
         }
         if (!(r0 > 0.0)) break;

@@ -11,7 +11,7 @@ typedef struct {
 } veselov2_state;
 
 /* Returns the momentum after a kick over the fraction `part` of a step. */
-static kr_vec3 veselov2_kick(const veselov2_state *p, const kr_motion *motion, double part)
+static kr_vec3 momentum_after_kick(const veselov2_state *p, const kr_motion *motion, double part)
 {
     return v_axpy(part * motion->step, motion_torque(motion, p->q), p->m);
 }
@@ -21,7 +21,7 @@ static kr_status veselov2_reset(kr_motion *motion, const kr_state *start)
     p->q = start->q;
     p->m = start->m;
     p->r = v3(0.0, 0.0, 0.0);
-    p->m = veselov2_kick(p, motion, 0.5);
+    p->m = momentum_after_kick(p, motion, 0.5);
     return KR_OK;
 }
 static kr_status veselov2_step(kr_motion *motion, double until)
@@ -29,7 +29,7 @@ static kr_status veselov2_step(kr_motion *motion, double until)
     veselov2_state *p = (veselov2_state *)motion->work;
     (void)until;
     const kr_status status = veselov_drift(motion, motion->inertia, p->m, &p->q, &p->r);
-    p->m = veselov2_kick(p, motion, 1.0);
+    p->m = momentum_after_kick(p, motion, 1.0);
     motion->stats.evaluations++;
     return status;
 }
@@ -37,7 +37,7 @@ static void veselov2_read(const kr_motion *motion, kr_state *s)
 {
     const veselov2_state *p = (const veselov2_state *)motion->work;
     s->q = p->q;
-    s->m = veselov2_kick(p, motion, -0.5);
+    s->m = momentum_after_kick(p, motion, -0.5);
 }
 
 const kr_method kr_method_veselov2 = {

@@ -19,7 +19,7 @@ typedef struct {
     modified_kick kick;
 } veselov4_state;
 
-static kr_vec3 preprocess_moments(const veselov4_state *p)
+static kr_vec3 find_modified_moments(const veselov4_state *p)
 {
     const kr_vec3 M = q_turn_back(p->q, p->m), i = p->kick.inverse, one = v3(1.0, 1.0, 1.0);
     const double P = i.x * i.y * i.z, S = i.x * i.y + i.y * i.z + i.z * i.x,
@@ -35,7 +35,7 @@ static kr_status veselov4_reset(kr_motion *motion, const kr_state *start)
     p->q = start->q;
     p->m = start->m;
     p->r = v3(0.0, 0.0, 0.0);
-    p->kick = modified_kick_begin(motion);
+    p->kick = make_modified_kick(motion);
     if (!modified_kick_is_step_small(&p->kick, start, 1.25)) return KR_ERR_STEP_SIZE;
     const kr_status status = modified_kick_apply_processor(&p->kick, -1.0, &p->q, &p->m);
     p->m = v_add(p->m, modified_kick_impulse(&p->kick, p->q, 0.5));
@@ -45,7 +45,7 @@ static kr_status veselov4_step(kr_motion *motion, double until)
 {
     veselov4_state *p = (veselov4_state *)motion->work;
     (void)until;
-    const kr_status status = veselov_drift(motion, preprocess_moments(p), p->m, &p->q, &p->r);
+    const kr_status status = veselov_drift(motion, find_modified_moments(p), p->m, &p->q, &p->r);
     p->m = v_add(p->m, modified_kick_impulse(&p->kick, p->q, 1.0));
     motion->stats.evaluations++;
     return status;

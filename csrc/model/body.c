@@ -57,7 +57,7 @@ static kr_vec3 permute_axes(kr_vec3 v, int last)
               component_at(v, last));
 }
 /* Returns the larger of the magnitudes of the two components of v other than component `axis`. */
-static double largest_across(kr_vec3 v, int axis)
+static double largest_off_axis(kr_vec3 v, int axis)
 {
     const kr_vec3 w = permute_axes(v, axis);
     return fmax(fabs(w.x), fabs(w.y));
@@ -88,7 +88,7 @@ static kr_kind find_kind_without_rotor(const kr_body *b, double rtol)
     if (reach == 0.0) return KR_KIND_EULER;
     if (axis < 0) return KR_KIND_GENERAL;
     const kr_vec3 J = permute_axes(b->inertia, axis);
-    if (largest_across(b->com, axis) <= rtol * reach || is_equal(J.x, J.z, rtol))
+    if (largest_off_axis(b->com, axis) <= rtol * reach || is_equal(J.x, J.z, rtol))
         return KR_KIND_LAGRANGE;
     if (fabs(component_at(b->com, axis)) > rtol * reach) return KR_KIND_GENERAL;
     if (is_equal(J.x, 2.0 * J.z, rtol)) return KR_KIND_KOWALEWSKI;
@@ -102,7 +102,7 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
     if (is_spherical(b))
         return v_largest(b->com) == 0.0 ||
                v_largest(v_cross(v_unit(b->com), v_unit(b->rotor))) <= rtol;
-    return largest_across(b->rotor, axis) <= rtol * v_largest(b->rotor);
+    return largest_off_axis(b->rotor, axis) <= rtol * v_largest(b->rotor);
 }
 /* Returns the kind of the body. An axial rotor changes neither KR_KIND_EULER nor KR_KIND_LAGRANGE,
  * because it only adds the rate -rotor / I3 to the rotation about the symmetry axis, where I3 is
@@ -159,7 +159,7 @@ kr_working kr_body_principal(const kr_body *b, kr_vec3 damping)
 }
 /* Returns w. If the rotor of the body b is axial, the components of w.rotor across the third axis
  * are rounding errors, and are set to zero. */
-static kr_working align_rotor(kr_working w, const kr_body *b)
+static kr_working zero_off_axis_rotor(kr_working w, const kr_body *b)
 {
     if (kr_body_has_rotor(b) && kr_body_is_rotor_axial(b, KR_KIND_RTOL))
         w.rotor.x = w.rotor.y = 0.0;
@@ -176,13 +176,13 @@ kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
                                   ? b->com
                                   : v_scale(b->rotor.z < 0.0 ? -1.0 : 1.0, b->rotor);
     if (is_spherical(b) && v_largest(last_axis) > 0.0)
-        return is_even ? align_rotor(choose_spherical_axes(b, last_axis, damping), b)
+        return is_even ? zero_off_axis_rotor(choose_spherical_axes(b, last_axis, damping), b)
                        : kr_body_principal(b, damping);
     const int last = kr_body_last_axis(b);
     const kr_working w = {
         axis_cycles[last],           permute_axes(b->inertia, last), permute_axes(b->com, last),
         permute_axes(damping, last), permute_axes(b->rotor, last),   0};
-    return align_rotor(w, b);
+    return zero_off_axis_rotor(w, b);
 }
 kr_working kr_body_working(const kr_body *b)
 {
@@ -210,7 +210,7 @@ static void apply_jacobi_rotation(double a[3][3], kr_quat *axes, int p)
 
 /* Returns the rotation by the smallest angle that maps the coordinate axes to q e1 q*, q e2 q* and
  * q e3 q* in any order and with any signs, where q = `axes`. */
-static kr_quat find_nearest_axes(kr_quat axes)
+static kr_quat reorder_axes_near_identity(kr_quat axes)
 {
     static const double r = 0.70710678118654752;
     const kr_quat turns[6] = {q_one(),
@@ -249,13 +249,13 @@ static void set_axes(kr_body *b, kr_quat axes, const double tensor[9], kr_vec3 c
 static int is_axis_through_com(const kr_body *b, int axis)
 {
     const kr_vec3 J = permute_axes(b->inertia, axis);
-    return largest_across(b->com, axis) * (fabs(J.z - J.x) / fmax(J.z, J.x)) <=
+    return largest_off_axis(b->com, axis) * (fabs(J.z - J.x) / fmax(J.z, J.x)) <=
            KR_KIND_RTOL * v_largest(b->com);
 }
 /* Returns the principal axes of the body b. If the body is symmetric, its axes are not unique, and
  * those nearest to the frame of description are chosen. If the symmetry axis misses the centre of
  * mass only by rounding errors, its direction is set to `com`, given in this frame. */
-static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
+static kr_quat choose_degenerate_axes(const kr_body *b, kr_vec3 com)
 {
     const int axis = find_symmetry_axis(b, KR_KIND_RTOL);
     const double reach = v_largest(com);
@@ -307,8 +307,8 @@ kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
         /* 16 sweeps suffice for a 3 x 3 matrix, because Jacobi's method converges quadratically. */
         for (int sweep = 0; sweep < 16; sweep++)
             for (int p = 0; p < 3; p++) apply_jacobi_rotation(d, &b.axes, p);
-        set_axes(&b, find_nearest_axes(b.axes), a, com);
-        set_axes(&b, choose_nearest_axes(&b, com), a, com);
+        set_axes(&b, reorder_axes_near_identity(b.axes), a, com);
+        set_axes(&b, choose_degenerate_axes(&b, com), a, com);
         merge_equal_moments(&b);
         const kr_vec3 J = b.inertia;
         if (fmin(J.x, fmin(J.y, J.z)) < KR_TENSOR_MIN_RATIO * v_largest(J)) return KR_ERR_BODY;

@@ -28,7 +28,7 @@ typedef struct map_rates {
 } map_rates;
 
 /* Returns the conserved energy K at the symmetry axis a and the momentum m, for the step e. */
-static inline double map_energy(double step, double g, kr_vec3 a, kr_vec3 m)
+static inline double find_conserved_energy(double step, double g, kr_vec3 a, kr_vec3 m)
 {
     const double e = step, b = 0.25 * e * e * g, u = a.z, shift = 0.25 * e * e * v_dot(m, a) * m.z;
     const double slope = g * (1.0 - b * u) / (1.0 + b * b * u * u);
@@ -38,11 +38,11 @@ static inline double map_energy(double step, double g, kr_vec3 a, kr_vec3 m)
 }
 /* Returns the time h of the continuous motion that corresponds to the step e = r->step of the map,
  * or NaN if |z| >= 1/2. Sets the other members of `r`; if |z| >= 1/2, only r->energy. */
-static inline double find_time_step(map_rates *r, double g, kr_vec3 a, kr_vec3 m)
+static inline double find_time_of_map_step(map_rates *r, double g, kr_vec3 a, kr_vec3 m)
 {
     const double e = r->step, c = v_dot(m, a), l = m.z;
     double A = 0.0, B = 0.0, D = 0.0, power = 1.0;
-    r->energy = map_energy(e, g, a, m);
+    r->energy = find_conserved_energy(e, g, a, m);
     const double z = 0.5 * e * e * r->energy;
     if (!(fabs(z) < 0.5)) return NAN;
     for (int k = 0; k < 52; k++) {
@@ -57,13 +57,13 @@ static inline double find_time_step(map_rates *r, double g, kr_vec3 a, kr_vec3 m
 }
 /* Returns the step e of the map that corresponds to the time h = time_step of the continuous
  * motion, found by the secant method, and the rates for this step. */
-static inline map_rates find_map_rates(double time_step, double g, kr_vec3 a, kr_vec3 m)
+static inline map_rates find_map_step(double time_step, double g, kr_vec3 a, kr_vec3 m)
 {
     const double h = time_step;
     map_rates r = {h, 0.0, 0.0, 0.0};
     double last = 0.0, reached = 0.0;
     for (int i = 0; i < 20; i++) {
-        const double now = find_time_step(&r, g, a, m), e = r.step;
+        const double now = find_time_of_map_step(&r, g, a, m), e = r.step;
         if (fabs(now - h) <= 4.0 * DBL_EPSILON * fabs(h)) {
             if (h * h * fmax(2.0 * fabs(r.energy), fabs(g)) <= 1.0) return r;
             break;

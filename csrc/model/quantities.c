@@ -35,7 +35,7 @@ double kr_acceleration_at(const kr_scene *scene, double t)
 {
     const kr_shaking *shaking = &scene->shaking;
     double sine, cosine;
-    if (!kr_scene_shakes(scene)) return scene->gravity;
+    if (!kr_support_shakes(scene)) return scene->gravity;
     sin_cos(shaking->rate * t + shaking->phase, &sine, &cosine);
     return scene->gravity - shaking->amplitude * shaking->rate * shaking->rate * cosine;
 }
@@ -59,7 +59,7 @@ static kr_vec3 find_inertial_velocity(const kr_scene *scene, const kr_state *s)
 kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s)
 {
     const kr_vec3 w = find_inertial_velocity(scene, s);
-    return kr_scene_turns(scene) ? v_sub(w, scene->turning) : w;
+    return kr_support_turns(scene) ? v_sub(w, scene->turning) : w;
 }
 kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s)
 {
@@ -68,7 +68,7 @@ kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s)
                   torque = v_scale(scene->body.mass * kr_acceleration_at(scene, s->t),
                                    v3(-a.y, a.x, 0.0));
     if (scene->gradient == 0.0) return torque;
-    return v_add(torque, q_turn(q, kr_gradient_torque(scene, q_vertical(q))));
+    return v_add(torque, q_turn(q, kr_gradient_torque(scene, q_turn_e3_back(q))));
 }
 kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s)
 {
@@ -97,7 +97,7 @@ kr_vec3 kr_state_body_momentum(const kr_scene *scene, const kr_state *s)
 kr_vec3 kr_state_body_vertical(const kr_scene *scene, const kr_state *s)
 {
     (void)scene;
-    return q_vertical(s->q);
+    return q_turn_e3_back(s->q);
 }
 double kr_state_spin(const kr_scene *scene, const kr_state *s)
 {
@@ -107,8 +107,8 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
 /* Writes (precession_angle + spin_angle) / 2 and (precession_angle - spin_angle) / 2. If the apex
  * is vertical, the state determines only one of these angles, and the other is set to 0. Adding 0.0
  * turns negative zeros into positive zeros, because atan2(0, -0) would be pi. */
-static void half_angles(const kr_scene *scene, const kr_state *s, double *half_sum,
-                        double *half_difference)
+static void find_euler_half_sums(const kr_scene *scene, const kr_state *s, double *half_sum,
+                                 double *half_difference)
 {
     static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};
     const kr_quat r = q_mul(s->q, q_tilt(kr_state_apex(scene, &unturned)));
@@ -124,7 +124,7 @@ static double wrap_angle(double angle)
 double kr_state_precession_angle(const kr_scene *scene, const kr_state *s)
 {
     double sum, difference;
-    half_angles(scene, s, &sum, &difference);
+    find_euler_half_sums(scene, s, &sum, &difference);
     return wrap_angle(sum + difference);
 }
 double kr_state_nutation(const kr_scene *scene, const kr_state *s)
@@ -135,7 +135,7 @@ double kr_state_nutation(const kr_scene *scene, const kr_state *s)
 double kr_state_spin_angle(const kr_scene *scene, const kr_state *s)
 {
     double sum, difference;
-    half_angles(scene, s, &sum, &difference);
+    find_euler_half_sums(scene, s, &sum, &difference);
     return wrap_angle(sum - difference);
 }
 
@@ -143,19 +143,19 @@ double kr_state_kinetic(const kr_scene *scene, const kr_state *s)
 {
     const kr_quat q = principal_attitude(scene, s);
     kr_vec3 m = momentum_without_rotor(scene, s, q);
-    if (kr_scene_turns(scene))
+    if (kr_support_turns(scene))
         m = v_sub(m, v_times(scene->body.inertia, q_turn_back(q, scene->turning)));
     return 0.5 * v_dot(m, v_over(m, scene->body.inertia));
 }
 double kr_state_potential(const kr_scene *scene, const kr_state *s)
 {
     const kr_quat q = principal_attitude(scene, s);
-    const kr_vec3 P = q_vertical(q);
+    const kr_vec3 P = q_turn_e3_back(q);
     const double weight = scene->body.mass * kr_acceleration_at(scene, s->t);
     double of_weight = weight * v_dot(scene->body.com, P);
     if (scene->gradient != 0.0)
         of_weight += 0.5 * scene->gradient * v_dot(P, v_times(scene->body.inertia, P));
-    if (!kr_scene_turns(scene)) return of_weight;
+    if (!kr_support_turns(scene)) return of_weight;
     const kr_vec3 O = q_turn_back(q, scene->turning),
                   carried = v_axpy(0.5, v_times(scene->body.inertia, O), scene->body.rotor);
     return of_weight - v_dot(carried, O);
@@ -199,15 +199,15 @@ double kr_state_third_wheel_rate(const kr_scene *scene, const kr_state *s)
  * of m and p are along a, o x a and o, where o is the symmetry axis of the inertia tensor, I1 the
  * moment across it, and a = -com / |com| for the signs of the thesis. Returns 0 if the top is not
  * of the integrable case `kind`, or if the support is shaken or there is a gravity gradient. */
-static int find_integral_frame(const kr_scene *scene, const kr_state *s, kr_kind kind, kr_vec3 *m,
-                               kr_vec3 *p)
+static int find_integral_vectors(const kr_scene *scene, const kr_state *s, kr_kind kind, kr_vec3 *m,
+                                 kr_vec3 *p)
 {
-    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != kind || kr_scene_shakes(scene) ||
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != kind || kr_support_shakes(scene) ||
         scene->gradient != 0.0)
         return 0;
     const kr_working w = kr_body_working(&scene->body);
     const kr_quat q = q_mul(principal_attitude(scene, s), w.axes);
-    const kr_vec3 M = q_turn_back(q, s->m), P = q_vertical(q);
+    const kr_vec3 M = q_turn_back(q, s->m), P = q_turn_e3_back(q);
     const double i1 = w.inertia.x, reach = v_dot(v_unit(w.com), w.com);
     const kr_vec3 axis1 = v_scale(-1.0, v_unit(w.com)), axis2 = v3(-axis1.y, axis1.x, 0.0);
     *m = v_scale(1.0 / i1, v3(v_dot(axis1, M), v_dot(axis2, M), M.z));
@@ -218,14 +218,14 @@ static int find_integral_frame(const kr_scene *scene, const kr_state *s, kr_kind
 double kr_state_kowalewski(const kr_scene *scene, const kr_state *s)
 {
     kr_vec3 m, p;
-    if (!find_integral_frame(scene, s, KR_KIND_KOWALEWSKI, &m, &p)) return NAN;
+    if (!find_integral_vectors(scene, s, KR_KIND_KOWALEWSKI, &m, &p)) return NAN;
     const double re = m.x * m.x - m.y * m.y + 2.0 * p.x, im = 2.0 * (m.x * m.y + p.y);
     return re * re + im * im;
 }
 double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
 {
     kr_vec3 m, p;
-    if (!find_integral_frame(scene, s, KR_KIND_GORYACHEV_CHAPLYGIN, &m, &p)) return NAN;
+    if (!find_integral_vectors(scene, s, KR_KIND_GORYACHEV_CHAPLYGIN, &m, &p)) return NAN;
     return m.z * (m.x * m.x + m.y * m.y) + m.x * p.z;
 }
 double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 gain, int *holds)
@@ -244,18 +244,18 @@ double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 g
     return spin > 0.0 ? -most : most;
 }
 /* Returns the angular acceleration V' along the principal axes, whose attitude is q. */
-static kr_vec3 principal_acceleration(const kr_scene *scene, const kr_state *s, kr_quat q)
+static kr_vec3 find_angular_acceleration(const kr_scene *scene, const kr_state *s, kr_quat q)
 {
     const kr_vec3 J = scene->body.inertia, M = q_turn_back(q, s->m),
-                  W = v_over(v_sub(M, scene->body.rotor), J), P = q_vertical(q),
+                  W = v_over(v_sub(M, scene->body.rotor), J), P = q_turn_e3_back(q),
                   pull = v_cross(P, scene->body.com), O = q_turn_back(q, scene->turning),
-                  V = kr_scene_turns(scene) ? v_sub(W, O) : W;
+                  V = kr_support_turns(scene) ? v_sub(W, O) : W;
     const double weight = scene->body.mass * kr_acceleration_at(scene, s->t);
     int holds;
     kr_vec3 torque = v_sub(v_axpy(weight, pull, v_cross(M, W)), v_times(scene->damping, V));
     if (scene->gradient != 0.0) torque = v_add(torque, kr_gradient_torque(scene, P));
     kr_vec3 gain = v_over(torque, J);
-    if (kr_scene_turns(scene)) gain = v_sub(gain, v_cross(O, W));
+    if (kr_support_turns(scene)) gain = v_sub(gain, v_cross(O, W));
     if (scene->friction > 0.0)
         gain = v_axpy(kr_friction_torque(scene, M, O, gain, &holds),
                       v_over(kr_body_apex(&scene->body), J), gain);
@@ -263,16 +263,17 @@ static kr_vec3 principal_acceleration(const kr_scene *scene, const kr_state *s, 
 }
 kr_vec3 kr_state_body_acceleration(const kr_scene *scene, const kr_state *s)
 {
-    return q_turn(scene->body.axes, principal_acceleration(scene, s, principal_attitude(scene, s)));
+    return q_turn(scene->body.axes,
+                  find_angular_acceleration(scene, s, principal_attitude(scene, s)));
 }
 kr_vec3 kr_state_pivot_force(const kr_scene *scene, const kr_state *s)
 {
     const kr_quat q = principal_attitude(scene, s);
     const kr_vec3 com = scene->body.com,
                   W = v_over(momentum_without_rotor(scene, s, q), scene->body.inertia),
-                  gain = v_add(principal_acceleration(scene, s, q),
+                  gain = v_add(find_angular_acceleration(scene, s, q),
                                v_cross(q_turn_back(q, scene->turning), W)),
-                  tide = kr_tide(q_vertical(q), com),
+                  tide = kr_tidal_acceleration(q_turn_e3_back(q), com),
                   of_com = v_axpy(-scene->gradient, tide,
                                   v_add(v_cross(gain, com), v_cross(W, v_cross(W, com))));
     kr_vec3 force = q_turn(q, v_scale(scene->body.mass, of_com));
@@ -284,17 +285,17 @@ double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double
     const kr_working w = kr_body_working(&scene->body);
     const double weight = scene->body.mass * scene->gravity, i1 = w.inertia.x;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
-    if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene) || scene->gradient != 0.0)
+    if (kr_body_has_rotor(&scene->body) || kr_support_shakes(scene) || scene->gradient != 0.0)
         return NAN;
     const kr_quat q = principal_attitude(scene, s);
-    const kr_vec3 M = momentum_without_rotor(scene, s, q), a = q_axis(q_mul(q, w.axes));
+    const kr_vec3 M = momentum_without_rotor(scene, s, q), a = q_turn_e3(q_mul(q, w.axes));
     if (order == 1)
         return 0.5 * v_dot(M, v_over(M, scene->body.inertia)) +
-               weight * v_dot(scene->body.com, q_vertical(q)) +
+               weight * v_dot(scene->body.com, q_turn_e3_back(q)) +
                0.5 * step * v_dot(kr_state_torque(scene, s), s->m) / i1;
     if (order != 4) return NAN;
     const double c = kr_state_axial_momentum(scene, s);
-    const map_rates r = find_map_rates(step, weight * w.com.z / i1, a, v_scale(1.0 / i1, s->m));
+    const map_rates r = find_map_step(step, weight * w.com.z / i1, a, v_scale(1.0 / i1, s->m));
     return i1 * r.energy + 0.5 * (1.0 / w.inertia.z - 1.0 / i1) * c * c;
 }
 double kr_attitude_error(kr_quat a, kr_quat b)

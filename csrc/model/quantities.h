@@ -25,7 +25,7 @@ extern const kr_quantity_row kr_quantity_rows[KR_QUANTITIES];
 double kr_acceleration_at(const kr_scene *scene, double t);
 /* Returns <P, r> P - r / 3, where P is the vertical and r a position relative to the fixed point.
  * In a gravity gradient k, the additional acceleration at r is k times this vector. */
-static inline kr_vec3 kr_tide(kr_vec3 vertical, kr_vec3 position)
+static inline kr_vec3 kr_tidal_acceleration(kr_vec3 vertical, kr_vec3 position)
 {
     return v_axpy(v_dot(vertical, position), vertical, v_scale(-1.0 / 3.0, position));
 }

@@ -96,7 +96,8 @@ static kr_vec3 find_euler_frame_turn(const quantity_point *at, const quantity_ch
 }
 /* Returns the unit vector along the horizontal projection of the apex, or NaN if the apex is
  * vertical. Writes the length of this projection, and the apex in space. */
-static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3 *apex)
+static kr_vec3 find_horizontal_apex_direction(const quantity_point *at, double *length,
+                                              kr_vec3 *apex)
 {
     *apex = combine_axes(at->frame, at->apex);
     *length = sqrt(apex->x * apex->x + apex->y * apex->y);
@@ -109,14 +110,15 @@ static double tangent_of_precession_angle(const quantity_point *at, const quanti
 {
     double length;
     kr_vec3 apex;
-    const kr_vec3 along = horizontal_apex(at, &length, &apex), turn = find_euler_frame_turn(at, by);
+    const kr_vec3 along = find_horizontal_apex_direction(at, &length, &apex),
+                  turn = find_euler_frame_turn(at, by);
     return turn.z - apex.z / length * v_dot(along, turn);
 }
 static double tangent_of_nutation(const quantity_point *at, const quantity_change *by)
 {
     double length;
     kr_vec3 apex;
-    const kr_vec3 along = horizontal_apex(at, &length, &apex),
+    const kr_vec3 along = find_horizontal_apex_direction(at, &length, &apex),
                   change = find_space_change(at, by, at->apex, by->apex);
     return apex.z * v_dot(along, change) - length * change.z;
 }
@@ -124,7 +126,7 @@ static double tangent_of_spin_angle(const quantity_point *at, const quantity_cha
 {
     double length;
     kr_vec3 apex;
-    const kr_vec3 along = horizontal_apex(at, &length, &apex);
+    const kr_vec3 along = find_horizontal_apex_direction(at, &length, &apex);
     return v_dot(along, find_euler_frame_turn(at, by)) / length;
 }
 
@@ -145,13 +147,13 @@ static double tangent_of_potential(const quantity_point *at, const quantity_chan
     if (k != 0.0 || by->gradient != 0.0)
         change += 0.5 * by->gradient * v_dot(JV, at->V) +
                   k * (v_dot(JV, by->V) + 0.5 * v_dot(v_times(by->moments, at->V), at->V));
-    if (!kr_scene_turns(at->scene) && v_largest(by->turning) == 0.0) return change;
+    if (!kr_support_turns(at->scene) && v_largest(by->turning) == 0.0) return change;
     return change -
            (v_dot(v_times(J, at->O), by->O) + 0.5 * v_dot(v_times(by->moments, at->O), at->O) +
             v_dot(by->rotor, at->O) + v_dot(h, by->O));
 }
 
-/* The vectors m and p of find_integral_frame (quantities.c), which determine the Kowalewski and
+/* The vectors m and p of find_integral_vectors (quantities.c), which determine the Kowalewski and
  * Goryachev-Chaplygin integrals, and the infinitesimal changes dm and dp of m and p. */
 typedef struct integral_vectors {
     kr_vec3 m, p, dm, dp;
@@ -170,7 +172,7 @@ static int find_integral_arguments(const quantity_point *at, const quantity_chan
     const kr_body *body = &at->scene->body;
     if (kr_body_kind(body, KR_KIND_RTOL) != kind || v_largest(by->moments) > 0.0) return 0;
     if (at->scene->gradient != 0.0 || by->gradient != 0.0) return 0;
-    if (kr_scene_shakes(at->scene) || by->shaking || v_largest(by->rotor) > 0.0) return 0;
+    if (kr_support_shakes(at->scene) || by->shaking || v_largest(by->rotor) > 0.0) return 0;
     const kr_working w = kr_body_working(body);
     if (fabs(q_turn_back(w.axes, by->com).z) > 0.5) return 0;
     const kr_vec3 first = v_scale(-1.0, v_unit(w.com)),
@@ -256,8 +258,9 @@ static kr_vec3 tangent_of_body_acceleration(const quantity_point *at, const quan
     kr_vec3 acceleration;
     return combine_axes(at->described, find_acceleration_change(at, by, &acceleration));
 }
-/* Returns the derivative of the force R (mass A + weight V) R* at the fixed point, where W' is
- * U' + O x W, k is the gravity gradient, and A = W' x com + W x (W x com) - k kr_tide(V, com). */
+/* Returns the derivative of the force R (mass A + weight V) R* at the fixed point, where W' =
+ * U' + O x W, A = W' x com + W x (W x com) - k kr_tidal_acceleration(V, com), and k is the gravity
+ * gradient. */
 static kr_vec3 tangent_of_pivot_force(const quantity_point *at, const quantity_change *by)
 {
     kr_vec3 gain, dgain = find_acceleration_change(at, by, &gain);
@@ -266,9 +269,9 @@ static kr_vec3 tangent_of_pivot_force(const quantity_point *at, const quantity_c
     gain = v_add(gain, v_cross(at->O, W));
     dgain = v_add(dgain, v_add(v_cross(by->O, W), v_cross(at->O, by->W)));
     const double k = at->scene->gradient;
-    const kr_vec3 tide = kr_tide(at->V, com),
+    const kr_vec3 tide = kr_tidal_acceleration(at->V, com),
                   dtide = v_add(v_axpy(v_dot(by->V, com), at->V, v_scale(v_dot(at->V, com), by->V)),
-                                kr_tide(at->V, by->com)),
+                                kr_tidal_acceleration(at->V, by->com)),
                   A = v_axpy(-k, tide, v_add(v_cross(gain, com), v_cross(W, moved))),
                   dA = v_add(v_add(v_add(v_cross(dgain, com), v_cross(gain, by->com)),
                                    v_add(v_cross(by->W, moved), v_cross(W, dmoved))),
@@ -280,7 +283,7 @@ static kr_vec3 tangent_of_pivot_force(const quantity_point *at, const quantity_c
 }
 
 /* The momentum and the axis of a wheel do not depend on the parameters. */
-static double tangent_of_wheel(const quantity_point *at, const quantity_change *by, int i)
+static double tangent_of_wheel_rate(const quantity_point *at, const quantity_change *by, int i)
 {
     const kr_wheel *wheel = &at->scene->wheels[i];
     const int is_none = v_largest(wheel->axis) == 0.0 && wheel->rate == 0.0;
@@ -313,11 +316,11 @@ static double tangent_of_scalar(size_t index, const quantity_point *at, const qu
     case KR_QUANTITY_goryachev_chaplygin:
         return tangent_of_goryachev_chaplygin(at, by);
     case KR_QUANTITY_wheel_rate:
-        return tangent_of_wheel(at, by, 0);
+        return tangent_of_wheel_rate(at, by, 0);
     case KR_QUANTITY_second_wheel_rate:
-        return tangent_of_wheel(at, by, 1);
+        return tangent_of_wheel_rate(at, by, 1);
     case KR_QUANTITY_third_wheel_rate:
-        return tangent_of_wheel(at, by, 2);
+        return tangent_of_wheel_rate(at, by, 2);
     default:
         return NAN;
     }
@@ -382,7 +385,7 @@ static quantity_point make_point(const kr_scene *scene, const kr_state *s)
     return at;
 }
 /* Returns the derivative of kr_acceleration_at by the amplitude (1), rate (2) or phase (3). */
-static double find_shaking_derivative(const quantity_point *at, int shaking_parameter)
+static double find_gravity_derivative(const quantity_point *at, int shaking_parameter)
 {
     const kr_shaking *by = &at->scene->shaking;
     const double square = by->rate * by->rate, t = at->state->t;
@@ -408,7 +411,7 @@ static void set_vector_changes(const quantity_point *at, const double tangent_co
     by->V = v_cross(at->V, by->turn);
     by->O = v_add(v_cross(at->O, by->turn), components_along(at->frame, by->turning));
     by->U = v_sub(by->W, by->O);
-    if (by->shaking) by->weight = at->scene->body.mass * find_shaking_derivative(at, by->shaking);
+    if (by->shaking) by->weight = at->scene->body.mass * find_gravity_derivative(at, by->shaking);
     if (by->is_mass) by->weight = kr_acceleration_at(at->scene, at->state->t);
     by->apex = none;
     if (!by->changes_com) return;

@@ -22,7 +22,7 @@ static int is_valid_support(const kr_scene *scene)
     if (!isfinite(shaking->amplitude) || !isfinite(shaking->phase)) return 0;
     return shaking->rate >= 0.0 && shaking->rate < INFINITY &&
            isfinite(shaking->amplitude * shaking->rate * shaking->rate) &&
-           (shaking->rate > 0.0 || !kr_scene_shakes(scene));
+           (shaking->rate > 0.0 || !kr_support_shakes(scene));
 }
 static kr_status check_wheels_and_gradient(const kr_scene *scene)
 {
@@ -34,7 +34,7 @@ static kr_status check_wheels_and_gradient(const kr_scene *scene)
         if (scene->gradient != 0.0 && v_largest(wheel->axis) > 0.0) return KR_ERR_COMBINATION;
     }
     if (!isfinite(scene->gradient)) return KR_ERR_ARGUMENT;
-    return scene->gradient != 0.0 && kr_scene_shakes(scene) ? KR_ERR_COMBINATION : KR_OK;
+    return scene->gradient != 0.0 && kr_support_shakes(scene) ? KR_ERR_COMBINATION : KR_OK;
 }
 kr_status kr_scene_check_start(const kr_scene *scene)
 {
@@ -87,7 +87,7 @@ void kr_scene_turn_state(const kr_scene *scene, kr_state *state)
 }
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working)
 {
-    const double moment = times_power_of_2(1.0, power_above(v_largest(working->inertia)));
+    const double moment = times_power_of_2(1.0, exponent_above(v_largest(working->inertia)));
     const kr_pull pull = kr_scene_pull(scene, working->com);
     const double part = v_largest(v_scale(pull.gravity * pull.mass, pull.com));
     const int power = pull.power - exponent_of(moment), odd = power & 1;
@@ -96,16 +96,16 @@ kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working)
 }
 static double largest_support_rate(const kr_scene *scene)
 {
-    const double shaking = kr_scene_shakes(scene) ? scene->shaking.rate : 0.0;
+    const double shaking = kr_support_shakes(scene) ? scene->shaking.rate : 0.0;
     return fmax(v_largest(scene->turning), shaking);
 }
 /* Returns the unit of moments of inertia, and the largest frequency of a pendulum (kr_swing). On a
  * shaken support, the larger of gravity and the amplitude of the support's acceleration determines
  * this frequency. In a gravity gradient k, the frequency of librations is at most sqrt(|k|). */
-static kr_swing find_strongest_swing(const kr_scene *scene, const kr_working *working)
+static kr_swing find_fastest_swing(const kr_scene *scene, const kr_working *working)
 {
     const kr_shaking *shaking = &scene->shaking;
-    if (!kr_scene_shakes(scene)) {
+    if (!kr_support_shakes(scene)) {
         kr_swing swing = kr_scene_swing(scene, working);
         if (scene->gradient != 0.0) swing.rate = fmax(swing.rate, sqrt(fabs(scene->gradient)));
         return swing;
@@ -117,13 +117,13 @@ static kr_swing find_strongest_swing(const kr_scene *scene, const kr_working *wo
 }
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units)
 {
-    const kr_swing swing = find_strongest_swing(scene, working);
+    const kr_swing swing = find_fastest_swing(scene, working);
     const kr_pull pull = kr_scene_pull(scene, working->com);
     int time;
     const double turning = largest_support_rate(scene) * swing.moment,
                  momentum =
                      fmax(fmax(v_largest(scene->start.m), v_largest(scene->body.rotor)), turning);
-    if (!kr_swing_time(&swing, momentum, &time)) return KR_ERR_ARGUMENT;
+    if (!kr_find_time_unit(&swing, momentum, &time)) return KR_ERR_ARGUMENT;
     units->moment = swing.moment;
     units->time = times_power_of_2(1.0, time);
     units->lever = scale_by_power_of_2(v_scale(pull.gravity * pull.mass, pull.com),
@@ -140,9 +140,9 @@ double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_w
                   W = v_over(v_sub(q_turn_back(q_mul(scene->start.q, scene->body.axes), m), h),
                              v_scale(1.0 / units->moment, scene->body.inertia));
     const double swing = sqrt(v_length(lever) / moment),
-                 shaking = find_strongest_swing(scene, working).rate * units->time,
+                 shaking = find_fastest_swing(scene, working).rate * units->time,
                  turning = units->time * largest_support_rate(scene),
-                 moved = kr_scene_shakes(scene) ? fmax(shaking, turning) : turning;
+                 moved = kr_support_shakes(scene) ? fmax(shaking, turning) : turning;
     const double rotation = fmax(v_largest(W), (v_length(m) + v_length(h)) / moment);
     return 0x1p53 * units->time / fmax(rotation, fmax(swing, moved));
 }

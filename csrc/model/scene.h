@@ -23,12 +23,18 @@ kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 /* Returns the kind (integrable case) of a top. If gravity = 0, returns the kind of its body with
  * the centre of mass at the fixed point, even if the support is shaken. */
 kr_kind kr_scene_kind(const kr_scene *scene);
-static inline int kr_scene_turns(const kr_scene *scene) { return v_largest(scene->turning) > 0.0; }
-static inline int kr_scene_shakes(const kr_scene *scene) { return scene->shaking.amplitude != 0.0; }
+static inline int kr_support_turns(const kr_scene *scene)
+{
+    return v_largest(scene->turning) > 0.0;
+}
+static inline int kr_support_shakes(const kr_scene *scene)
+{
+    return scene->shaking.amplitude != 0.0;
+}
 /* Returns 1 if there is dry friction or a gravity gradient, or if the support moves. */
 static inline int kr_scene_needs_support_terms(const kr_scene *scene)
 {
-    return scene->friction > 0.0 || kr_scene_turns(scene) || kr_scene_shakes(scene) ||
+    return scene->friction > 0.0 || kr_support_turns(scene) || kr_support_shakes(scene) ||
            scene->gradient != 0.0;
 }
 static inline int kr_scene_is_disturbed(const kr_scene *scene)
@@ -37,7 +43,7 @@ static inline int kr_scene_is_disturbed(const kr_scene *scene)
 }
 /* Returns 1 if the support rotates about the vertical only. In the inertial frame, an undamped top
  * then moves as if the support were at rest. */
-static inline int kr_scene_turns_about_vertical(const kr_scene *scene)
+static inline int kr_support_turns_about_vertical(const kr_scene *scene)
 {
     return scene->turning.z != 0.0 && scene->turning.x == 0.0 && scene->turning.y == 0.0;
 }
@@ -46,10 +52,10 @@ static inline int kr_scene_turns_about_vertical(const kr_scene *scene)
 void kr_scene_turn_state(const kr_scene *scene, kr_state *state);
 /* Returns 1 if damping, friction, a gravity gradient or a moving support rules out a closed form of
  * the motion. If allow_turning is nonzero, the support may rotate about the vertical. */
-static inline int kr_scene_excludes_exact(const kr_scene *scene, int allow_turning)
+static inline int kr_scene_excludes_closed_form(const kr_scene *scene, int allow_turning)
 {
     kr_scene at_rest = *scene;
-    if (allow_turning && kr_scene_turns_about_vertical(scene)) at_rest.turning.z = 0.0;
+    if (allow_turning && kr_support_turns_about_vertical(scene)) at_rest.turning.z = 0.0;
     return kr_scene_is_disturbed(&at_rest);
 }
 /* Validates a scene like kr_scene_check, but without checking the body. */
@@ -64,13 +70,13 @@ kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
 static const double kr_min_unit = 0x1p-1020;
 /* Writes the exponent of the unit of time 2^exponent, in which the rate of motions with momenta up
  * to max_momentum is about one. Returns 0 if the units exceed the range of doubles, else 1. */
-static inline int kr_swing_time(const kr_swing *swing, double max_momentum, int *exponent)
+static inline int kr_find_time_unit(const kr_swing *swing, double max_momentum, int *exponent)
 {
     const double turn = max_momentum * swing->per_moment,
                  rate = turn > swing->rate ? turn : swing->rate;
     if (!(rate < INFINITY) || swing->moment < kr_min_unit) return 0;
     *exponent = 0;
-    if (rate > 0.0) *exponent = -power_above(rate > kr_min_unit ? rate : kr_min_unit);
+    if (rate > 0.0) *exponent = -exponent_above(rate > kr_min_unit ? rate : kr_min_unit);
     const double unit = times_power_of_2(swing->moment, -*exponent);
     return unit < INFINITY && unit >= kr_min_unit;
 }

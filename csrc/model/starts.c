@@ -43,7 +43,7 @@ static kr_quat euler_rotation(kr_vec3 angles)
 }
 /* Returns the attitude, relative to the frame of description, of the frame that the Euler angles
  * describe. Its third axis is the apex. */
-static kr_quat upright_euler_frame(const kr_scene *scene)
+static kr_quat find_euler_frame_in_body(const kr_scene *scene)
 {
     static const kr_state upright = {.q = {1.0, 0.0, 0.0, 0.0}};
     const kr_vec3 apex = kr_state_apex(scene, &upright);
@@ -55,7 +55,7 @@ static kr_quat upright_euler_frame(const kr_scene *scene)
 void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates)
 {
     const double c = cos(angles.x), s = sin(angles.x), level = rates.z * sin(angles.y);
-    scene->start.q = q_product(euler_rotation(angles), q_conj(upright_euler_frame(scene)));
+    scene->start.q = q_product(euler_rotation(angles), q_conj(find_euler_frame_in_body(scene)));
     kr_scene_set_velocity(scene, v3(rates.y * c + level * s, rates.y * s - level * c,
                                     rates.x + rates.z * cos(angles.y)));
 }

@@ -23,26 +23,27 @@ typedef struct {
  * components in d, together with c x theta. */
 INLINE void store_coefficients(kr_tangent *g, turned_deviation *d, int n, triple turn, triple push)
 {
-    const triple up = make_triple(g->up), down = make_triple(g->down);
-    store_turn(g, n, turn);
-    store_push(g, n, push);
-    d->turn[n] = permute(turn);
-    d->push[n] = permute(push);
-    d->cross[n] = permute(triple_fma(up, triple_prev(turn), triple_mul(down, triple_next(turn))));
+    const triple up = load_common(g->up), down = load_common(g->down);
+    store_rotation(g, n, turn);
+    store_momentum(g, n, push);
+    d->turn[n] = make_permuted(turn);
+    d->push[n] = make_permuted(push);
+    d->cross[n] =
+        make_permuted(triple_fma(up, triple_zxy(turn), triple_mul(down, triple_yzx(turn))));
 }
 INLINE triple triple_cross(triple a, triple b)
 {
-    return triple_sub(triple_mul(triple_next(a), triple_prev(b)),
-                      triple_mul(triple_prev(a), triple_next(b)));
+    return triple_sub(triple_mul(triple_yzx(a), triple_zxy(b)),
+                      triple_mul(triple_zxy(a), triple_yzx(b)));
 }
 /* Returns 1 / (n + 1) times the n-th coefficient of D (theta' - theta x W) + theta x (D W), the
  * damping term of -N' (tangents.h). The arguments are 1 / (n + 1) times the n-th coefficients of
  * theta' (`rate`), next(theta) * prev(W) (`plus`), and prev(theta) * next(W) (`minus`). */
-INLINE triple find_damping(const kr_tangent *g, triple rate, triple plus, triple minus)
+INLINE triple find_damping_change(const kr_tangent *g, triple rate, triple plus, triple minus)
 {
-    const triple drag = make_triple(g->drag), change = triple_sub(rate, triple_sub(plus, minus));
+    const triple drag = load_common(g->drag), change = triple_sub(rate, triple_sub(plus, minus));
     const triple turned_by =
-        triple_sub(triple_mul(triple_prev(drag), plus), triple_mul(triple_next(drag), minus));
+        triple_sub(triple_mul(triple_zxy(drag), plus), triple_mul(triple_yzx(drag), minus));
     return triple_fma(drag, change, turned_by);
 }
 /* Cauchy products: sums over j + m = n of theta_j x W_m, N_j x W_m and (c x theta_j) x P_m. */
@@ -58,36 +59,37 @@ INLINE void add_products(deviation_sums *a, const turned_path *path, const turne
 }
 /* Computes the Taylor coefficients of order n + 1 of the tangent g, and stores them in g and d. `a`
  * and `b` are the parts of the Cauchy products of order n with even and with odd terms. */
-INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *d, int n,
-                           const deviation_sums *a, const deviation_sums *b)
+INLINE void set_next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *d, int n,
+                               const deviation_sums *a, const deviation_sums *b)
 {
     const triple share = triple_reciprocal(n + 1);
     const halves crossed = halves_add(a->turn, b->turn),
                  pushed = halves_add(halves_add(a->push, a->cross), halves_add(b->push, b->cross));
     const triple plus = triple_mul(share, halves_first(crossed)),
                  minus = triple_mul(share, halves_second(crossed));
-    triple own = load_push(g, n), force = triple_sub(halves_first(pushed), halves_second(pushed));
+    triple own = load_momentum(g, n),
+           force = triple_sub(halves_first(pushed), halves_second(pushed));
     if (g->changes != 0.0) {
-        own = triple_sub(own, triple_mul(load_triple(g->moments), make_triple(s->w[n])));
-        force = triple_add(force, triple_cross(make_triple(s->x[n] + 4), load_triple(g->lever)));
+        own = triple_sub(own, triple_mul(load_triple(g->moments), load_common(s->w[n])));
+        force = triple_add(force, triple_cross(load_common(s->x[n] + 4), load_triple(g->lever)));
     }
     if (g->gyrostat != 0.0)
-        own = triple_add(own, triple_cross(make_triple(g->rotor), load_triple(g->x[n])));
+        own = triple_add(own, triple_cross(load_common(g->rotor), load_triple(g->x[n])));
     if (n == 0 && g->rotor_changes != 0.0) own = triple_sub(own, load_triple(g->rotor_of));
     if (g->drag_changes != 0.0)
-        force = triple_sub(force, triple_mul(load_triple(g->drags), make_triple(s->w[n])));
-    own = triple_mul(triple_mul(share, make_triple(g->per)), own);
+        force = triple_sub(force, triple_mul(load_triple(g->drags), load_common(s->w[n])));
+    own = triple_mul(triple_mul(share, load_common(g->per)), own);
     const triple rate =
-        triple_fma(make_triple(g->ahead), plus, triple_fma(make_triple(g->behind), minus, own));
+        triple_fma(load_common(g->ahead), plus, triple_fma(load_common(g->behind), minus, own));
     force = triple_mul(share, force);
-    if (g->damped != 0.0) force = triple_sub(force, find_damping(g, rate, plus, minus));
+    if (g->damped != 0.0) force = triple_sub(force, find_damping_change(g, rate, plus, minus));
     store_coefficients(g, d, n + 1, rate, force);
 }
 /* For j = first, first + 2, ... <= n, adds the products of the j-th coefficients of tangent k with
  * the (n - j)-th coefficients of the path to a[k], for k < count. If CHAINS is 2, adds the products
  * for j = first + 1, first + 3, ... <= n to b[k]. */
-INLINE void add_product_terms(deviation_sums *a, deviation_sums *b, const turned_path *path,
-                              const turned_deviation *d, int count, int first, int n)
+INLINE void add_alternate_products(deviation_sums *a, deviation_sums *b, const turned_path *path,
+                                   const turned_deviation *d, int count, int first, int n)
 {
     for (; first <= n; first += BLOCK) {
         UNROLL
@@ -102,17 +104,17 @@ INLINE void add_product_terms(deviation_sums *a, deviation_sums *b, const turned
 }
 /* Computes the Taylor coefficients of order n + 1 of the first `count` tangents in `g`. The even
  * and the odd terms of the Cauchy products are summed separately. */
-INLINE void next_coefficients(const kr_series *s, const turned_path *path, kr_tangent *g,
-                              turned_deviation *d, int count, int n)
+INLINE void set_next_group_coefficients(const kr_series *s, const turned_path *path, kr_tangent *g,
+                                        turned_deviation *d, int count, int n)
 {
     const halves zero = halves_zero();
     const deviation_sums none = {zero, zero, zero};
     deviation_sums a[AT_ONCE], b[AT_ONCE];
     for (int k = 0; k < count; k++) a[k] = b[k] = none;
-    add_product_terms(a, b, path, d, count, 0, n);
-    if (CHAINS == 1) add_product_terms(b, b, path, d, count, 1, n);
+    add_alternate_products(a, b, path, d, count, 0, n);
+    if (CHAINS == 1) add_alternate_products(b, b, path, d, count, 1, n);
     UNROLL
-    for (int k = 0; k < count; k++) next_deviation(s, g + k * STRUCTS, &d[k], n, &a[k], &b[k]);
+    for (int k = 0; k < count; k++) set_next_deviation(s, g + k * STRUCTS, &d[k], n, &a[k], &b[k]);
 }
 INLINE void expand_tangent_group(const kr_series *s, const turned_path *path, kr_tangent *g,
                                  int count, int order)
@@ -122,9 +124,9 @@ INLINE void expand_tangent_group(const kr_series *s, const turned_path *path, kr
         kr_tangent *own = g + k * STRUCTS;
         for (int n = 1; n < order + BLOCK - 1 && BLOCK > 2; n++)
             d[k].turn[n] = d[k].push[n] = d[k].cross[n] = permuted_zero();
-        store_coefficients(own, &d[k], 0, load_triple(own->x[0]), load_push(own, 0));
+        store_coefficients(own, &d[k], 0, load_triple(own->x[0]), load_momentum(own, 0));
     }
-    for (int n = 0; n < order; n++) next_coefficients(s, path, g, d, count, n);
+    for (int n = 0; n < order; n++) set_next_group_coefficients(s, path, g, d, count, n);
 }
 /* Computes the Taylor coefficients 1 to `order` of the first `count` tangents in `g`, given those
  * of order 0 and the path `s`. */
@@ -141,7 +143,7 @@ INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t count, i
     for (; count > 0; count--, g += STRUCTS) expand_tangent_group(s, &path, g, 1, order);
 }
 /* Writes the values of the eight Taylor series of one kr_tangent at the time `to` to `sum`. */
-INLINE void sum_deviation(const kr_tangent *g, int order, const double *to, double *sum)
+INLINE void evaluate_deviation(const kr_tangent *g, int order, const double *to, double *sum)
 {
     const duo h = duo_span(&g->t, to);
     duo x = duo_load(g->x[order]);

@@ -13,16 +13,16 @@ enum {
 typedef quad triple;
 typedef duo turned, path_term, halves;
 
-INLINE triple make_triple(const double *four) { return quad_load(four); }
+INLINE triple load_common(const double *four) { return quad_load(four); }
 INLINE triple triple_reciprocal(int n) { return quad_reciprocal(n); }
 INLINE triple triple_add(triple a, triple b) { return quad_add(a, b); }
 INLINE triple triple_sub(triple a, triple b) { return quad_fma(quad_splat(-1.0), b, a); }
 INLINE triple triple_mul(triple a, triple b) { return quad_mul(a, b); }
 INLINE triple triple_fma(triple a, triple b, triple c) { return quad_fma(a, b, c); }
-INLINE triple triple_next(triple a) { return quad_next(a); }
-INLINE triple triple_prev(triple a) { return quad_prev(a); }
-INLINE turned permute(triple a) { return duo_next_prev(a); }
-INLINE path_term make_path_term(const double *four) { return duo_prev_next(quad_load(four)); }
+INLINE triple triple_yzx(triple a) { return quad_yzx(a); }
+INLINE triple triple_zxy(triple a) { return quad_zxy(a); }
+INLINE turned make_permuted(triple a) { return duo_yzx_zxy(a); }
+INLINE path_term make_path_term(const double *four) { return duo_zxy_yzx(quad_load(four)); }
 INLINE path_term path_zero(void) { return duo_splat(0.0); }
 INLINE turned permuted_zero(void) { return duo_splat(0.0); }
 INLINE halves halves_zero(void) { return duo_splat(0.0); }
@@ -32,6 +32,6 @@ INLINE triple halves_first(halves a) { return duo_first(a); }
 INLINE triple halves_second(halves a) { return duo_second(a); }
 
 INLINE triple load_triple(const double *four) { return quad_load(four); }
-INLINE triple load_push(const kr_tangent *g, int n) { return quad_load(g->x[n] + 4); }
-INLINE void store_turn(kr_tangent *g, int n, triple a) { quad_store(g->x[n], a); }
-INLINE void store_push(kr_tangent *g, int n, triple a) { quad_store(g->x[n] + 4, a); }
+INLINE triple load_momentum(const kr_tangent *g, int n) { return quad_load(g->x[n] + 4); }
+INLINE void store_rotation(kr_tangent *g, int n, triple a) { quad_store(g->x[n], a); }
+INLINE void store_momentum(kr_tangent *g, int n, triple a) { quad_store(g->x[n] + 4, a); }

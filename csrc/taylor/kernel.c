@@ -4,11 +4,11 @@
 #include "quat_simd.h"
 #include "series.h"
 
-PER_ORDER void expand_whole(kr_series *s, int from, int order)
+PER_ORDER void expand_with_heading(kr_series *s, int from, int order)
 {
     expand_series(s, from, order, WHOLE);
 }
-PER_ORDER void expand_headless(kr_series *s, int from, int order)
+PER_ORDER void expand_without_heading(kr_series *s, int from, int order)
 {
     expand_series(s, from, order, HEADLESS);
 }
@@ -36,12 +36,12 @@ PER_ORDER void end_step_by_tolerance(kr_series *s, int order, double log2_tol, d
         end_step_by_tolerance(s, n, log2_tol, direction);                                          \
     }
 #define KERNELS(n)                                                                                 \
-    STEP(whole, n)                                                                                 \
-    STEP(headless, n)                                                                              \
+    STEP(with_heading, n)                                                                          \
+    STEP(without_heading, n)                                                                       \
     static void evaluate_##n(kr_series *s) { evaluate_series(s, n); }
 #define ORDERS(X) X(12) X(16) X(18) X(22) X(28)
-#define WHOLE_KERNEL(n) {n, step_whole_##n, evaluate_##n},
-#define HEADLESS_KERNEL(n) {n, step_headless_##n, evaluate_##n},
+#define WHOLE_KERNEL(n) {n, step_with_heading_##n, evaluate_##n},
+#define HEADLESS_KERNEL(n) {n, step_without_heading_##n, evaluate_##n},
 ORDERS(KERNELS)
 const kr_kernel KR_NAME(kr_kernel)[KR_ORDERS] = {ORDERS(WHOLE_KERNEL)};
 const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {ORDERS(HEADLESS_KERNEL)};
@@ -50,7 +50,7 @@ const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {ORDERS(HEADLESS_KERNEL)};
 #define TAIL(digits)                                                                               \
     static void expand_##digits(kr_series *s)                                                      \
     {                                                                                              \
-        expand_whole(s, KR_HEAD_##digits, KR_LAST_##digits);                                       \
+        expand_with_heading(s, KR_HEAD_##digits, KR_LAST_##digits);                                \
     }                                                                                              \
     static void sum_##digits(const kr_series *s, const double *to, double *x, double *w)           \
     {                                                                                              \

@@ -8,8 +8,8 @@
 
 /* Evaluates a Taylor series at the time `to`, and writes the values of (q | P) and W to x and w.
  * `tail` contains the functions for the tail. */
-INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const double *to,
-                      double *x, double *w)
+INLINE void evaluate_mixed_precision(const kr_series *s, int head, const kr_tail *tail,
+                                     const double *to, double *x, double *w)
 {
     const double h = *to - s->t;
     double tail_x[8], tail_w[4], power = h;
@@ -19,30 +19,31 @@ INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const d
     duo_store(x, duo_fma(duo_splat(power), duo_load_doubles(tail_x), duo_load(x)));
     quad_store(w, quad_fma(quad_splat(power), quad_load_doubles(tail_w), quad_load(w)));
 }
-INLINE void advance_mixed(kr_series *s, int head, int last, double log2_less, const kr_tail *tail,
-                          double log2_tol, double direction)
+INLINE void advance_mixed_precision(kr_series *s, int head, int last, double log2_less,
+                                    const kr_tail *tail, double log2_tol, double direction)
 {
     begin_step(s);
     expand_series(s, 0, head, WHOLE);
-    const double by_tail = step_size_for_tail(s, head, log2_tol + log2_less);
+    const double by_tail = step_size_for_products(s, head, log2_tol + log2_less);
     tail->expand(s);
     const double by_last = series_step_size(s, last, log2_tol);
     s->end = s->t + direction * (by_last < by_tail ? by_last : by_tail);
-    sum_mixed(s, head, tail, &s->end, s->end_x, s->end_w);
+    evaluate_mixed_precision(s, head, tail, &s->end, s->end_x, s->end_w);
 }
 
 /* DIGITS defines the two functions of a kr_kernel for n = 20 or 30 digits. */
 #define DIGITS(n)                                                                                  \
     static void advance_##n(kr_series *s, double log2_tol, double direction)                       \
     {                                                                                              \
-        advance_mixed(s, KR_HEAD_##n, KR_LAST_##n, KR_LESS_##n, &KR_NAME(kr_tail)[KR_DIGITS_##n],  \
-                      log2_tol, direction);                                                        \
+        advance_mixed_precision(s, KR_HEAD_##n, KR_LAST_##n, KR_LESS_##n,                          \
+                                &KR_NAME(kr_tail)[KR_DIGITS_##n], log2_tol, direction);            \
     }                                                                                              \
-    static void look_##n(kr_series *s)                                                             \
+    static void evaluate_##n(kr_series *s)                                                         \
     {                                                                                              \
-        sum_mixed(s, KR_HEAD_##n, &KR_NAME(kr_tail)[KR_DIGITS_##n], &s->at, s->at_x, s->at_w);     \
+        evaluate_mixed_precision(s, KR_HEAD_##n, &KR_NAME(kr_tail)[KR_DIGITS_##n], &s->at,         \
+                                 s->at_x, s->at_w);                                                \
     }
 DIGITS(20)
 DIGITS(30)
-const kr_kernel KR_NAME(kr_kernel_dd)[KR_DEPTHS] = {{KR_LAST_20, advance_20, look_20},
-                                                    {KR_LAST_30, advance_30, look_30}};
+const kr_kernel KR_NAME(kr_kernel_dd)[KR_DEPTHS] = {{KR_LAST_20, advance_20, evaluate_20},
+                                                    {KR_LAST_30, advance_30, evaluate_30}};

@@ -5,4 +5,4 @@ enum { WORDS = 1 };
 #include "deviation.h"
 
 const kr_tangents_kernel KR_NAME(kr_tangents) = {
-    expand_deviations, KR_BATCHED(KR_NAME(kr_expand_batches)), sum_deviation};
+    expand_deviations, KR_BATCHED(KR_NAME(kr_expand_batches)), evaluate_deviation};

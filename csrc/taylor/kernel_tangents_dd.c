@@ -7,4 +7,4 @@ enum { WORDS = 2 };
 #include "deviation.h"
 
 const kr_tangents_kernel KR_NAME(kr_tangents_dd) = {
-    expand_deviations, KR_BATCHED(KR_NAME(kr_expand_batches_dd)), sum_deviation};
+    expand_deviations, KR_BATCHED(KR_NAME(kr_expand_batches_dd)), evaluate_deviation};

@@ -44,7 +44,7 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
 }
 
 /* Returns the functions for friction, moving supports and gradients, or NULL if not needed. */
-static const kr_support_ops *find_supports(const kr_motion *motion)
+static const kr_support_ops *find_support_ops(const kr_motion *motion)
 {
     return kr_support_moves(motion->scene) ? kr_method_taylor.supports : NULL;
 }
@@ -54,7 +54,7 @@ static const kr_support_ops *find_supports(const kr_motion *motion)
  * T0, therefore satisfies (least moment of inertia) |W|^2 <= 2 T <= 2 T0 + 4 |c|. */
 static double choose_frequency_unit(const kr_motion *motion, kr_vec3 W, int is_held)
 {
-    const kr_support_ops *supports = find_supports(motion);
+    const kr_support_ops *supports = find_support_ops(motion);
     const kr_vec3 A = motion->inertia;
     const double twice_energy = v_dot(v_times(A, W), W) + 4.0 * v_length(motion->lever);
     const kr_vec3 D = motion->damping;
@@ -121,7 +121,7 @@ static void set_empty_step(kr_series s[2])
 static void set_initial_state(kr_taylor *p, const kr_motion *motion, const kr_state *start)
 {
     kr_series *high = &p->series[0], *low = &p->series[1];
-    const kr_support_ops *supports = find_supports(motion);
+    const kr_support_ops *supports = find_support_ops(motion);
     const quat_dd q = q_dd(start->q, motion->low.q);
     const vec_dd vertical = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
     const vec_dd m = v_dd(start->m, motion->low.m),
@@ -154,7 +154,7 @@ static kr_status taylor_reset(kr_motion *motion, const kr_state *start)
     int i = 0;
     if (motion->digits <= 16)
         *motion->body =
-            body_dd_of(motion, kr_scene_pull(motion->scene, motion->scene->body.com).com);
+            make_body_dd(motion, kr_scene_pull(motion->scene, motion->scene->body.com).com);
     while (!kr_taylor_isa(i)->runs_here()) i++; /* untaken: if the first one runs */
     const kr_kernel *kernel = choose_kernel(kr_taylor_isa(i), motion, &log2_tol);
     kr_taylor_set_kernel(motion, kernel, log2_tol);

@@ -106,50 +106,50 @@ NATIVE(two, 2, a *b + c)
 #  define two_mix(a, i, b, j) __builtin_shufflevector(a, b, i, 2 + j)
 #endif
 
-/* A `quad` is a quaternion (w,x,y,z). quad_i, quad_j and quad_k
+/* A `quad` is a quaternion (w,x,y,z). quad_permute_i, quad_permute_j and quad_permute_k
  * return (x,w,z,y), (y,z,w,x) and (z,y,x,w), which are its products with i, j and k up to signs.
- * quad_next and quad_prev return (w,y,z,x) and (w,z,x,y), with (x,y,z) permuted cyclically. */
+ * quad_yzx and quad_zxy return (w,y,z,x) and (w,z,x,y), with (x,y,z) permuted cyclically. */
 #if defined KR_AVX2 && !defined KR_PLAIN
 NATIVE(quad, 4, _mm256_fmadd_pd(a, b, c))
 #  define quad_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
-INLINE quad quad_i(quad a) { return quad_lanes(a, 1, 0, 3, 2); }
-INLINE quad quad_j(quad a) { return quad_lanes(a, 2, 3, 0, 1); }
-INLINE quad quad_k(quad a) { return quad_lanes(a, 3, 2, 1, 0); }
-INLINE quad quad_next(quad a) { return quad_lanes(a, 0, 2, 3, 1); }
-INLINE quad quad_prev(quad a) { return quad_lanes(a, 0, 3, 1, 2); }
+INLINE quad quad_permute_i(quad a) { return quad_lanes(a, 1, 0, 3, 2); }
+INLINE quad quad_permute_j(quad a) { return quad_lanes(a, 2, 3, 0, 1); }
+INLINE quad quad_permute_k(quad a) { return quad_lanes(a, 3, 2, 1, 0); }
+INLINE quad quad_yzx(quad a) { return quad_lanes(a, 0, 2, 3, 1); }
+INLINE quad quad_zxy(quad a) { return quad_lanes(a, 0, 3, 1, 2); }
 #else
 PAIRED(quad, two, 4)
 INLINE two two_swap(two a) { return two_mix(a, 1, a, 0); }
-INLINE quad quad_i(quad a) { return quad_of(two_swap(a.lo), two_swap(a.hi)); }
-INLINE quad quad_j(quad a) { return quad_of(a.hi, a.lo); }
-INLINE quad quad_k(quad a) { return quad_of(two_swap(a.hi), two_swap(a.lo)); }
-INLINE quad quad_next(quad a)
+INLINE quad quad_permute_i(quad a) { return quad_of(two_swap(a.lo), two_swap(a.hi)); }
+INLINE quad quad_permute_j(quad a) { return quad_of(a.hi, a.lo); }
+INLINE quad quad_permute_k(quad a) { return quad_of(two_swap(a.hi), two_swap(a.lo)); }
+INLINE quad quad_yzx(quad a)
 {
     return quad_of(two_mix(a.lo, 0, a.hi, 0), two_mix(a.hi, 1, a.lo, 1));
 }
-INLINE quad quad_prev(quad a)
+INLINE quad quad_zxy(quad a)
 {
     return quad_of(two_mix(a.lo, 0, a.hi, 1), two_mix(a.lo, 1, a.hi, 0));
 }
 #endif
 
-/* A `duo` is a pair of quaternions. duo_i, duo_j and duo_k apply the
+/* A `duo` is a pair of quaternions. duo_permute_i, duo_permute_j and duo_permute_k apply the
  * functions of a `quad` with the same ending to both quaternions. duo_first and duo_second return
- * one quaternion of the pair. duo_next_prev and duo_prev_next return a duo of both cyclic
- * permutations of one quad. duo_lane_of returns w[lane], with lane = 1, 2 or 3, in all
- * SIMD lanes. `permuted` must be duo_next_prev of w: if SIMD vectors have eight lanes, the number
+ * one quaternion of the pair. duo_yzx_zxy and duo_zxy_yzx return a duo of both cyclic
+ * permutations of one quad. duo_splat_lane_of returns w[lane], with lane = 1, 2 or 3, in all
+ * SIMD lanes. `permuted` must be duo_yzx_zxy of w: if SIMD vectors have eight lanes, the number
  * is copied from `permuted`, because loading w[lane] from memory would be slower. */
 #if defined KR_AVX512 && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
-INLINE duo duo_i(duo a) { return duo_lanes(a, 1, 0, 3, 2, 5, 4, 7, 6); }
-INLINE duo duo_j(duo a) { return duo_lanes(a, 2, 3, 0, 1, 6, 7, 4, 5); }
-INLINE duo duo_k(duo a) { return duo_lanes(a, 3, 2, 1, 0, 7, 6, 5, 4); }
-INLINE duo duo_next_prev(quad a) { return duo_lanes(a, 0, 2, 3, 1, 0, 3, 1, 2); }
-INLINE duo duo_prev_next(quad a) { return duo_lanes(a, 0, 3, 1, 2, 0, 2, 3, 1); }
+INLINE duo duo_permute_i(duo a) { return duo_lanes(a, 1, 0, 3, 2, 5, 4, 7, 6); }
+INLINE duo duo_permute_j(duo a) { return duo_lanes(a, 2, 3, 0, 1, 6, 7, 4, 5); }
+INLINE duo duo_permute_k(duo a) { return duo_lanes(a, 3, 2, 1, 0, 7, 6, 5, 4); }
+INLINE duo duo_yzx_zxy(quad a) { return duo_lanes(a, 0, 2, 3, 1, 0, 3, 1, 2); }
+INLINE duo duo_zxy_yzx(quad a) { return duo_lanes(a, 0, 3, 1, 2, 0, 2, 3, 1); }
 INLINE quad duo_first(duo a) { return duo_lanes(a, 0, 1, 2, 3); }
 INLINE quad duo_second(duo a) { return duo_lanes(a, 4, 5, 6, 7); }
-INLINE duo duo_lane_of(duo permuted, const double *w, int lane)
+INLINE duo duo_splat_lane_of(duo permuted, const double *w, int lane)
 {
     (void)w;
     if (lane == 1) return duo_lanes(permuted, 3, 3, 3, 3, 3, 3, 3, 3);
@@ -158,14 +158,14 @@ INLINE duo duo_lane_of(duo permuted, const double *w, int lane)
 }
 #else
 PAIRED(duo, quad, 8)
-INLINE duo duo_i(duo a) { return duo_of(quad_i(a.lo), quad_i(a.hi)); }
-INLINE duo duo_j(duo a) { return duo_of(quad_j(a.lo), quad_j(a.hi)); }
-INLINE duo duo_k(duo a) { return duo_of(quad_k(a.lo), quad_k(a.hi)); }
-INLINE duo duo_next_prev(quad a) { return duo_of(quad_next(a), quad_prev(a)); }
-INLINE duo duo_prev_next(quad a) { return duo_of(quad_prev(a), quad_next(a)); }
+INLINE duo duo_permute_i(duo a) { return duo_of(quad_permute_i(a.lo), quad_permute_i(a.hi)); }
+INLINE duo duo_permute_j(duo a) { return duo_of(quad_permute_j(a.lo), quad_permute_j(a.hi)); }
+INLINE duo duo_permute_k(duo a) { return duo_of(quad_permute_k(a.lo), quad_permute_k(a.hi)); }
+INLINE duo duo_yzx_zxy(quad a) { return duo_of(quad_yzx(a), quad_zxy(a)); }
+INLINE duo duo_zxy_yzx(quad a) { return duo_of(quad_zxy(a), quad_yzx(a)); }
 INLINE quad duo_first(duo a) { return a.lo; }
 INLINE quad duo_second(duo a) { return a.hi; }
-INLINE duo duo_lane_of(duo permuted, const double *w, int lane)
+INLINE duo duo_splat_lane_of(duo permuted, const double *w, int lane)
 {
     (void)permuted;
     return duo_splat(w[lane]);
@@ -184,10 +184,10 @@ INLINE double scalar_fma(double a, double b, double c) { return a * b + c; }
 #endif
 
 /* The header quat_simd_dd.h redefines the following operations for double-double numbers.
- * duo_lane returns w[lane] in all SIMD lanes. duo_scale multiplies the eight lanes of
+ * duo_splat_lane returns w[lane] in all SIMD lanes. duo_scale multiplies the eight lanes of
  * `a` by eight numbers that are exact in double precision. duo_span and quad_span return
  * *to - *from, and duo_reciprocal and quad_reciprocal return 1 / n, in all lanes. */
-INLINE duo duo_lane(const double *w, int lane) { return duo_splat(w[lane]); }
+INLINE duo duo_splat_lane(const double *w, int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }
 INLINE quad quad_span(const double *from, const double *to) { return quad_splat(*to - *from); }

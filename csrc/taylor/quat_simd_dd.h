@@ -99,23 +99,23 @@ DOUBLED(quad2, quad)
 /* BOTH_WORDS defines an operation D_name that permutes the lanes of both words like T_name. */
 #define BOTH_WORDS(D, T, name)                                                                     \
     INLINE D D##_##name(D a) { return D##_of(T##_##name(a.hi), T##_##name(a.lo)); }
-BOTH_WORDS(duo2, duo, i)
-BOTH_WORDS(duo2, duo, j)
-BOTH_WORDS(duo2, duo, k)
-BOTH_WORDS(quad2, quad, next)
-BOTH_WORDS(quad2, quad, prev)
-INLINE duo2 duo2_next_prev(quad2 a) { return duo2_of(duo_next_prev(a.hi), duo_next_prev(a.lo)); }
-INLINE duo2 duo2_prev_next(quad2 a) { return duo2_of(duo_prev_next(a.hi), duo_prev_next(a.lo)); }
+BOTH_WORDS(duo2, duo, permute_i)
+BOTH_WORDS(duo2, duo, permute_j)
+BOTH_WORDS(duo2, duo, permute_k)
+BOTH_WORDS(quad2, quad, yzx)
+BOTH_WORDS(quad2, quad, zxy)
+INLINE duo2 duo2_yzx_zxy(quad2 a) { return duo2_of(duo_yzx_zxy(a.hi), duo_yzx_zxy(a.lo)); }
+INLINE duo2 duo2_zxy_yzx(quad2 a) { return duo2_of(duo_zxy_yzx(a.hi), duo_zxy_yzx(a.lo)); }
 INLINE quad2 duo2_first(duo2 a) { return quad2_of(duo_first(a.hi), duo_first(a.lo)); }
 INLINE quad2 duo2_second(duo2 a) { return quad2_of(duo_second(a.hi), duo_second(a.lo)); }
-INLINE duo2 duo2_lane(const double *w, int lane)
+INLINE duo2 duo2_splat_lane(const double *w, int lane)
 {
-    return duo2_of(duo_lane(w, lane), duo_lane(low_words(w), lane));
+    return duo2_of(duo_splat_lane(w, lane), duo_splat_lane(low_words(w), lane));
 }
-INLINE duo2 duo2_lane_of(duo2 permuted, const double *w, int lane)
+INLINE duo2 duo2_splat_lane_of(duo2 permuted, const double *w, int lane)
 {
     (void)permuted;
-    return duo2_lane(w, lane);
+    return duo2_splat_lane(w, lane);
 }
 INLINE void copy_both_words(double *to, const double *from)
 {
@@ -142,15 +142,15 @@ INLINE duo2 duo2_scale(const double exact[8], duo2 a)
 #define duo_add duo2_add
 #define duo_mul duo2_mul
 #define duo_fma duo2_fma
-#define duo_i duo2_i
-#define duo_j duo2_j
-#define duo_k duo2_k
-#define duo_next_prev duo2_next_prev
-#define duo_prev_next duo2_prev_next
+#define duo_permute_i duo2_permute_i
+#define duo_permute_j duo2_permute_j
+#define duo_permute_k duo2_permute_k
+#define duo_yzx_zxy duo2_yzx_zxy
+#define duo_zxy_yzx duo2_zxy_yzx
 #define duo_first duo2_first
 #define duo_second duo2_second
-#define duo_lane duo2_lane
-#define duo_lane_of duo2_lane_of
+#define duo_splat_lane duo2_splat_lane
+#define duo_splat_lane_of duo2_splat_lane_of
 #define duo_scale duo2_scale
 #define copy_number copy_both_words
 #define quad quad2
@@ -163,6 +163,6 @@ INLINE duo2 duo2_scale(const double exact[8], duo2 a)
 #define quad_add quad2_add
 #define quad_mul quad2_mul
 #define quad_fma quad2_fma
-#define quad_next quad2_next
-#define quad_prev quad2_prev
+#define quad_yzx quad2_yzx
+#define quad_zxy quad2_zxy
 #endif

@@ -21,7 +21,7 @@
 #include <string.h>
 #include "taylor.h"
 
-/* The factors of the lanes of duo_i(x), duo_j(x) and duo_k(x) in
+/* The factors of the lanes of duo_permute_i(x), duo_permute_j(x) and duo_permute_k(x) in
  * (q i / 2 | P x i), (q j / 2 | P x j) and (q k / 2 | P x k), for x = (q | P). */
 static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
@@ -69,25 +69,25 @@ typedef struct {
 } series_sums;
 
 /* Stores a Taylor coefficient of a vector at `to`, and its cyclic permutations in `permuted`. */
-INLINE void store_permuted(double *to, turned_vector *permuted, quad value)
+INLINE void store_and_permute(double *to, turned_vector *permuted, quad value)
 {
     quad_store(to, value);
-    permuted->ahead = duo_next_prev(value);
-    permuted->behind = duo_prev_next(value);
+    permuted->ahead = duo_yzx_zxy(value);
+    permuted->behind = duo_zxy_yzx(value);
 }
 
 /* Adds the constants of the rotor (kr_series.shift) to `w0`, the permuted coefficient W_0, so that
  * the products with W_0 in `cross` include the torque of the rotor. */
-INLINE void add_rotor(const kr_series *s, turned_vector *w0)
+INLINE void add_rotor_terms(const kr_series *s, turned_vector *w0)
 {
     w0->behind = duo_add(w0->behind, duo_load(s->shift));
 }
 /* Returns half of the duo (next(W_j) * prev(W_j) | prev(W_j) * next(W_j)), where `w` is W_j. If j
  * is 0, `w` includes the constants of the rotor, which must not be halved. They are therefore added
  * a second time. */
-INLINE duo half_cross_products(const kr_series *s, turned_vector w, int j)
+INLINE duo find_middle_cross_term(const kr_series *s, turned_vector w, int j)
 {
-    if (j == 0) add_rotor(s, &w);
+    if (j == 0) add_rotor_terms(s, &w);
     return duo_mul(duo_splat(0.5), duo_mul(w.ahead, w.behind));
 }
 /* Adds products of the j-th coefficients of U (or W) and G with the m-th coefficients of q, P and O
@@ -97,26 +97,27 @@ INLINE void add_products(series_sums *a, const kr_series *s, const kr_series *ow
 {
     const duo x = duo_load(s->x[m]);
     if (!(terms & (HEADLESS | SUPPORT))) {
-        a->i = duo_fma(duo_lane(s->w[j], 1), x, a->i);
-        a->j = duo_fma(duo_lane(s->w[j], 2), x, a->j);
-        a->k = duo_fma(duo_lane(s->w[j], 3), x, a->k);
+        a->i = duo_fma(duo_splat_lane(s->w[j], 1), x, a->i);
+        a->j = duo_fma(duo_splat_lane(s->w[j], 2), x, a->j);
+        a->k = duo_fma(duo_splat_lane(s->w[j], 3), x, a->k);
         return;
     }
     const duo u = terms & TURNS ? turned[j].u : turned[j].w.ahead;
     if (terms & HEADLESS) {
         a->p = duo_fma(u, turned[m].fixed, a->p);
     } else {
-        a->i = duo_fma(duo_lane_of(u, own->w[j], 1), x, a->i);
-        a->j = duo_fma(duo_lane_of(u, own->w[j], 2), x, a->j);
-        a->k = duo_fma(duo_lane_of(u, own->w[j], 3), x, a->k);
+        a->i = duo_fma(duo_splat_lane_of(u, own->w[j], 1), x, a->i);
+        a->j = duo_fma(duo_splat_lane_of(u, own->w[j], 2), x, a->j);
+        a->k = duo_fma(duo_splat_lane_of(u, own->w[j], 3), x, a->k);
     }
     if (terms & TURNS) a->support = duo_fma(u, turned[m].fixed, a->support);
     if (terms & SHAKES) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
 /* Adds the products with the indices (j, m) to `a`, and those with (m, j) to `b`. Adds both to
  * a->cross, whose halves increase by next(W_j) * prev(W_m) and prev(W_j) * next(W_m). */
-INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const kr_series *own,
-                     const turned_term *turned, int j, int m, int terms)
+INLINE void add_product_pair(series_sums *a, series_sums *b, const kr_series *s,
+                             const kr_series *own, const turned_term *turned, int j, int m,
+                             int terms)
 {
     add_products(a, s, own, turned, j, m, terms);
     add_products(b, s, own, turned, m, j, terms);
@@ -145,13 +146,13 @@ INLINE series_sums cauchy_products(const kr_series *s, const kr_series *own,
     series_sums a = {zero, zero, zero, zero, zero, zero, zero}, b = a;
     if (n % 2 == 0) {
         add_products(&a, s, own, turned, n / 2, n / 2, terms);
-        a.cross = half_cross_products(s, turned[n / 2].w, n / 2);
+        a.cross = find_middle_cross_term(s, turned[n / 2].w, n / 2);
     }
     UNROLL
     for (int j = (n - 1) / 2; j > 0; j--)
-        add_pair(&a, SIDE_BY_SIDE ? &b : &a, s, own, turned, n - j, j, terms);
+        add_product_pair(&a, SIDE_BY_SIDE ? &b : &a, s, own, turned, n - j, j, terms);
     if (SIDE_BY_SIDE) add_sums(&a, &b, terms);
-    if (n > 0) add_pair(&a, &a, s, own, turned, n, 0, terms);
+    if (n > 0) add_product_pair(&a, &a, s, own, turned, n, 0, terms);
     return a;
 }
 
@@ -159,9 +160,9 @@ INLINE series_sums cauchy_products(const kr_series *s, const kr_series *own,
  * `share` is 1 / (n + 1). */
 INLINE duo next_attitude_coefficient(const series_sums *a, duo share)
 {
-    const duo i = duo_mul(duo_scale(sign_i, share), duo_i(a->i));
-    const duo ij = duo_fma(duo_scale(sign_j, share), duo_j(a->j), i);
-    return duo_fma(duo_scale(sign_k, share), duo_k(a->k), ij);
+    const duo i = duo_mul(duo_scale(sign_i, share), duo_permute_i(a->i));
+    const duo ij = duo_fma(duo_scale(sign_j, share), duo_permute_j(a->j), i);
+    return duo_fma(duo_scale(sign_k, share), duo_permute_k(a->k), ij);
 }
 
 INLINE quad next_vertical_coefficient(const series_sums *a, int n)
@@ -172,8 +173,8 @@ INLINE quad next_vertical_coefficient(const series_sums *a, int n)
 
 INLINE quad next_velocity_coefficient(const series_sums *a, const kr_series *s, quad p, quad share)
 {
-    const quad up = quad_mul(quad_mul(share, quad_load(s->up)), quad_next(p));
-    const quad torque = quad_fma(quad_mul(share, quad_load(s->down)), quad_prev(p), up);
+    const quad up = quad_mul(quad_mul(share, quad_load(s->up)), quad_yzx(p));
+    const quad torque = quad_fma(quad_mul(share, quad_load(s->down)), quad_zxy(p), up);
     return quad_fma(quad_mul(share, quad_load(s->k)),
                     quad_add(duo_first(a->cross), duo_second(a->cross)), torque);
 }
@@ -181,11 +182,11 @@ INLINE quad next_velocity_coefficient(const series_sums *a, const kr_series *s, 
 INLINE void set_vertical(kr_series *s, turned_term *turned, int n, quad p)
 {
     quad_store(s->x[n] + 4, p);
-    turned[n].fixed = duo_prev_next(p);
+    turned[n].fixed = duo_zxy_yzx(p);
 }
 
 /* Returns the n-th coefficient of O, given the sum series_sums.support of order n - 1. */
-INLINE quad support_velocity(duo products, int n)
+INLINE quad next_support_velocity(duo products, int n)
 {
     return quad_fma(quad_reciprocal(-n), duo_first(products),
                     quad_mul(quad_reciprocal(n), duo_second(products)));
@@ -194,13 +195,13 @@ INLINE quad support_velocity(duo products, int n)
 INLINE quad dot_lanes(kr_series *scratch, quad a, quad b)
 {
     quad_store(scratch->end_w, quad_mul(a, b));
-    const quad x = duo_first(duo_lane(scratch->end_w, 1)),
-               y = duo_first(duo_lane(scratch->end_w, 2));
-    return quad_add(duo_first(duo_lane(scratch->end_w, 3)), quad_add(x, y));
+    const quad x = duo_first(duo_splat_lane(scratch->end_w, 1)),
+               y = duo_first(duo_splat_lane(scratch->end_w, 2));
+    return quad_add(duo_first(duo_splat_lane(scratch->end_w, 3)), quad_add(x, y));
 }
 /* Stores the n-th coefficient of the friction variable in lane 0 of W_n. All lanes of `number` hold
  * this coefficient. Overwrites scratch->end_w. */
-INLINE void set_lane0(kr_series *s, kr_series *scratch, int n, quad number)
+INLINE void set_friction_variable(kr_series *s, kr_series *scratch, int n, quad number)
 {
     quad_store(scratch->end_w, number);
     copy_number(s->w[n], scratch->end_w);
@@ -212,8 +213,8 @@ INLINE quad add_holding_torque(kr_series *s, kr_series *own, int n, quad w, quad
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
                lost = quad_mul(minus, dot_lanes(own, gained, quad_load(s->apex)));
-    const quad torque = quad_mul(duo_first(duo_lane(&s->per_grip, 0)), lost);
-    set_lane0(s, own, n, quad_mul(quad_splat((double)(n + 1)), torque));
+    const quad torque = quad_mul(duo_first(duo_splat_lane(&s->per_grip, 0)), lost);
+    set_friction_variable(s, own, n, quad_mul(quad_splat((double)(n + 1)), torque));
     return quad_fma(lost, quad_load(s->yield), w);
 }
 /* Returns W_{n+1} by the equations above, without gradient and without a friction torque that holds
@@ -224,19 +225,18 @@ INLINE quad next_top_velocity(const series_sums *a, const kr_series *s, const kr
     const quad share = quad_reciprocal(n + 1),
                drag = quad_mul(quad_mul(share, quad_load(s->drag)), quad_load(own->w[n])),
                other = n == 0 ? quad_add(drag, quad_load(s->rub)) : drag,
-               up = quad_fma(quad_mul(share, quad_load(s->up)), quad_next(p), other),
-               torque = quad_fma(quad_mul(share, quad_load(s->down)), quad_prev(p), up);
+               up = quad_fma(quad_mul(share, quad_load(s->up)), quad_yzx(p), other),
+               torque = quad_fma(quad_mul(share, quad_load(s->down)), quad_zxy(p), up);
     return quad_fma(quad_mul(share, quad_load(s->k)),
                     quad_add(duo_first(a->cross), duo_second(a->cross)), torque);
 }
 /* Returns the n-th Taylor coefficient of next(P) * prev(P). The torque of the gravity gradient is
  * P x (k A P) = k * (prev(A) - next(A)) * next(P) * prev(P). */
-INLINE quad gradient_products(const kr_series *s, int n)
+INLINE quad find_gravity_gradient_products(const kr_series *s, int n)
 {
     quad sum = quad_splat(0.0);
     for (int j = 0; j <= n; j++)
-        sum =
-            quad_fma(quad_next(quad_load(s->x[j] + 4)), quad_prev(quad_load(s->x[n - j] + 4)), sum);
+        sum = quad_fma(quad_yzx(quad_load(s->x[j] + 4)), quad_zxy(quad_load(s->x[n - j] + 4)), sum);
     return sum;
 }
 /* Stores the n-th Taylor coefficients of W (`w`) and of U = W - O, and their permutations and those
@@ -248,19 +248,20 @@ INLINE void set_velocities(kr_series *s, kr_series *own, turned_term *turned, in
     const quad u = turns ? quad_fma(quad_splat(-1.0), o, w) : w;
     quad_store(own->w[n], u);
     if (turns) {
-        turned[n].u = duo_next_prev(u);
-        turned[n].fixed = duo_prev_next(o);
+        turned[n].u = duo_yzx_zxy(u);
+        turned[n].fixed = duo_zxy_yzx(o);
     }
-    store_permuted(s->w[n], &turned[n].w, w);
-    if (s->slides != 0.0 && !is_known) set_lane0(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
+    store_and_permute(s->w[n], &turned[n].w, w);
+    if (s->slides != 0.0 && !is_known)
+        set_friction_variable(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
 }
 /* Computes the Taylor coefficients 0 to order - 1 of the effective gravity G (kr_series.sway). */
 INLINE void expand_effective_gravity(const kr_series *s, kr_series *own, int order)
 {
-    duo cosine = duo_lane(s->sway, 0), sine = duo_lane(s->sway, 1);
-    duo_store(own->x[0], duo_add(cosine, duo_lane(s->sway, 3)));
+    duo cosine = duo_splat_lane(s->sway, 0), sine = duo_splat_lane(s->sway, 1);
+    duo_store(own->x[0], duo_add(cosine, duo_splat_lane(s->sway, 3)));
     for (int n = 1; n < order; n++) {
-        const duo rate = duo_mul(duo_reciprocal(n), duo_lane(s->sway, 2)),
+        const duo rate = duo_mul(duo_reciprocal(n), duo_splat_lane(s->sway, 2)),
                   next = duo_mul(rate, cosine);
         cosine = duo_mul(duo_splat(-1.0), duo_mul(rate, sine));
         sine = next;
@@ -272,18 +273,18 @@ INLINE void expand_effective_gravity(const kr_series *s, kr_series *own, int ord
 INLINE void set_next_velocities(kr_series *s, kr_series *own, turned_term *turned, int n,
                                 quad vertical, const series_sums *a, int terms)
 {
-    const quad o = terms & TURNS ? support_velocity(a->support, n + 1) : quad_splat(0.0);
+    const quad o = terms & TURNS ? next_support_velocity(a->support, n + 1) : quad_splat(0.0);
     quad w = next_top_velocity(a, s, own, n, terms & SHAKES ? duo_second(a->pulled) : vertical);
     if (terms & GRADIENT)
-        w = quad_fma(quad_mul(quad_reciprocal(n + 1), quad_load(s->steep)), gradient_products(s, n),
-                     w);
+        w = quad_fma(quad_mul(quad_reciprocal(n + 1), quad_load(s->steep)),
+                     find_gravity_gradient_products(s, n), w);
     if (s->holds != 0.0) w = add_holding_torque(s, own, n, w, o);
     set_velocities(s, own, turned, n + 1, w, o, terms & TURNS, 0);
 }
 
 /* Computes the Taylor coefficients of order n + 1 of q, P and W, with SUPPORT also of U and O. */
-INLINE void next_series_coefficient(kr_series *s, kr_series *own, turned_term *turned, int n,
-                                    int terms)
+INLINE void set_next_coefficients(kr_series *s, kr_series *own, turned_term *turned, int n,
+                                  int terms)
 {
     const series_sums a = cauchy_products(s, own, turned, n, terms);
     const quad p = terms & HEADLESS ? quad_load(s->x[n] + 4) : duo_second(duo_load(s->x[n]));
@@ -298,7 +299,7 @@ INLINE void next_series_coefficient(kr_series *s, kr_series *own, turned_term *t
     quad w = next_velocity_coefficient(&a, s, p, quad_reciprocal(n + 1));
     if (terms & DAMPED)
         w = quad_fma(quad_mul(quad_reciprocal(n + 1), quad_load(s->drag)), quad_load(s->w[n]), w);
-    store_permuted(s->w[n + 1], &turned[n + 1].w, w);
+    store_and_permute(s->w[n + 1], &turned[n + 1].w, w);
 }
 
 /* approx_log2 (for x >= 0) and approx_exp2 (for |x| < 1022) operate on the bits of a double, and
@@ -351,7 +352,7 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
  * of such products. If the products nearly cancel, the sums are small, but still contain the
  * rounding errors of the large products. A step size based only on the last Taylor term would then
  * be too large. */
-INLINE double step_size_for_tail(const kr_series *s, int head, double log2_size)
+INLINE double step_size_for_products(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);
     return approx_exp2(scalar_fma(log2_size, 1.0 / head, a < b ? a : b));
@@ -361,13 +362,13 @@ INLINE double step_size_for_tail(const kr_series *s, int head, double log2_size)
 INLINE void permute_known_coefficients(kr_series *s, turned_term *turned, int from, int terms)
 {
     for (int n = 0; n <= from; n++) {
-        if (!(terms & SUPPORT)) store_permuted(s->w[n], &turned[n].w, quad_load(s->w[n]));
+        if (!(terms & SUPPORT)) store_and_permute(s->w[n], &turned[n].w, quad_load(s->w[n]));
         if (terms & HEADLESS) set_vertical(s, turned, n, quad_load(s->x[n] + 4));
     }
 }
 /* Computes the coefficients of orders 0 to `from` of U and O, given those of W, and s->turn. */
-INLINE void find_known_velocities(kr_series *s, kr_series *own, turned_term *turned, int from,
-                                  int terms)
+INLINE void set_known_relative_velocities(kr_series *s, kr_series *own, turned_term *turned,
+                                          int from, int terms)
 {
     set_velocities(s, own, turned, 0, quad_load(s->w[0]), quad_load(s->turn), terms & TURNS,
                    from > 0);
@@ -377,78 +378,78 @@ INLINE void find_known_velocities(kr_series *s, kr_series *own, turned_term *tur
             for (int j = 0; j <= n; j++)
                 support = duo_fma(turned[j].u, turned[n - j].fixed, support);
         set_velocities(s, own, turned, n + 1, quad_load(s->w[n + 1]),
-                       support_velocity(support, n + 1), terms & TURNS, 1);
+                       next_support_velocity(support, n + 1), terms & TURNS, 1);
     }
 }
 /* Computes the Taylor coefficients of orders `from` + 1 to `order`, given those of orders 0 to
  * `from`, with DAMPED or SUPPORT. In double-double precision, own[1] holds the low words. */
-INLINE void expand_terms(kr_series *s, int from, int order, int terms)
+INLINE void expand_with_terms(kr_series *s, int from, int order, int terms)
 {
     kr_series own[2];
     turned_term turned[KR_TAYLOR_MAX + 1];
     permute_known_coefficients(s, turned, from, terms);
     if (terms & SHAKES) expand_effective_gravity(s, own, order);
-    if (terms & SUPPORT) find_known_velocities(s, own, turned, from, terms);
-    add_rotor(s, &turned[0].w);
+    if (terms & SUPPORT) set_known_relative_velocities(s, own, turned, from, terms);
+    add_rotor_terms(s, &turned[0].w);
     for (int n = from; n < order; n++)
-        next_series_coefficient(s, terms & SUPPORT ? own : s, turned, n, terms);
+        set_next_coefficients(s, terms & SUPPORT ? own : s, turned, n, terms);
 }
 APART void expand_damped(kr_series *s, int from, int order, int terms)
 {
     if (terms & HEADLESS)
-        expand_terms(s, from, order, HEADLESS | DAMPED);
+        expand_with_terms(s, from, order, HEADLESS | DAMPED);
     else
-        expand_terms(s, from, order, DAMPED);
+        expand_with_terms(s, from, order, DAMPED);
 }
 #if !defined KR_NO_SUPPORTS
 #  if defined KR_LONG_FUNCTIONS
-APART void expand_moving(kr_series *s, int from, int order)
+APART void expand_moving_support(kr_series *s, int from, int order)
 {
-    expand_terms(s, from, order,
-                 SUPPORT | (s->turns != 0.0 ? TURNS : 0) | (s->shakes != 0.0 ? SHAKES : 0) |
-                     (s->gradient != 0.0 ? GRADIENT : 0));
+    expand_with_terms(s, from, order,
+                      SUPPORT | (s->turns != 0.0 ? TURNS : 0) | (s->shakes != 0.0 ? SHAKES : 0) |
+                          (s->gradient != 0.0 ? GRADIENT : 0));
 }
-INLINE void expand_support(kr_series *s, int from, int order, int terms)
+INLINE void expand_with_support(kr_series *s, int from, int order, int terms)
 {
     (void)terms;
-    expand_moving(s, from, order);
+    expand_moving_support(s, from, order);
 }
 #  else
-APART void expand_turning(kr_series *s, int from, int order)
+APART void expand_turning_support(kr_series *s, int from, int order)
 {
-    expand_terms(s, from, order, SUPPORT | TURNS);
+    expand_with_terms(s, from, order, SUPPORT | TURNS);
 }
-APART void expand_shaking(kr_series *s, int from, int order)
+APART void expand_shaking_support(kr_series *s, int from, int order)
 {
-    expand_terms(s, from, order, SUPPORT | SHAKES);
+    expand_with_terms(s, from, order, SUPPORT | SHAKES);
 }
-APART void expand_moving(kr_series *s, int from, int order)
+APART void expand_moving_support(kr_series *s, int from, int order)
 {
-    expand_terms(s, from, order, SUPPORT | TURNS | SHAKES);
+    expand_with_terms(s, from, order, SUPPORT | TURNS | SHAKES);
 }
-APART void expand_gradient(kr_series *s, int from, int order)
+APART void expand_gravity_gradient(kr_series *s, int from, int order)
 {
-    expand_terms(s, from, order, SUPPORT | TURNS | GRADIENT);
+    expand_with_terms(s, from, order, SUPPORT | TURNS | GRADIENT);
 }
-APART void expand_support_headless(kr_series *s, int from, int order)
+APART void expand_support_without_heading(kr_series *s, int from, int order)
 {
     if (s->gradient != 0.0)
-        expand_terms(s, from, order, SUPPORT | GRADIENT | HEADLESS);
+        expand_with_terms(s, from, order, SUPPORT | GRADIENT | HEADLESS);
     else
-        expand_terms(s, from, order, SUPPORT | SHAKES | HEADLESS);
+        expand_with_terms(s, from, order, SUPPORT | SHAKES | HEADLESS);
 }
-INLINE void expand_support(kr_series *s, int from, int order, int terms)
+INLINE void expand_with_support(kr_series *s, int from, int order, int terms)
 {
     if (terms & HEADLESS)
-        expand_support_headless(s, from, order);
+        expand_support_without_heading(s, from, order);
     else if (s->gradient != 0.0)
-        expand_gradient(s, from, order);
+        expand_gravity_gradient(s, from, order);
     else if (s->turns == 0.0)
-        expand_shaking(s, from, order);
+        expand_shaking_support(s, from, order);
     else if (s->shakes == 0.0)
-        expand_turning(s, from, order);
+        expand_turning_support(s, from, order);
     else
-        expand_moving(s, from, order);
+        expand_moving_support(s, from, order);
 }
 #  endif
 #endif
@@ -459,7 +460,7 @@ INLINE void expand_series(kr_series *s, int from, int order, int terms)
     turned_term turned[KR_TAYLOR_MAX + 1];
 #if !defined KR_NO_SUPPORTS
     if (s->linear > 1.0) {
-        expand_support(s, from, order, terms);
+        expand_with_support(s, from, order, terms);
         return;
     }
 #endif
@@ -468,9 +469,9 @@ INLINE void expand_series(kr_series *s, int from, int order, int terms)
         return;
     }
     permute_known_coefficients(s, turned, from, terms);
-    add_rotor(s, &turned[0].w);
+    add_rotor_terms(s, &turned[0].w);
     UNROLL
-    for (int n = from; n < order; n++) next_series_coefficient(s, s, turned, n, terms);
+    for (int n = from; n < order; n++) set_next_coefficients(s, s, turned, n, terms);
 }
 
 /* Writes the sums of x_n h^(n - from) and w_n h^(n - from) over n = from, ..., order to sum_x and

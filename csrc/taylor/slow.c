@@ -58,7 +58,7 @@ enum {
 #define PATIENCE 0.5
 /* A transient has decayed after SETTLED / d_i: exp(-SETTLED) is below any rounding error. */
 #define SETTLED 128.0
-/* Larger than any relative distance from the slow manifold (largest_distance). */
+/* Larger than any relative distance from the slow manifold (choose_manifold_tolerance). */
 #define UNRESOLVED 0x1p500
 #define LOG_OF_2 0.6931471805599453
 
@@ -85,7 +85,8 @@ static kr_vec3 find_weakly_damped_velocity(const kr_series *s, const slow_direct
 /* Writes to bound[i], in the units of the series, an upper bound on the strongly damped u_i that
  * the torques at the end of the last step cause on the slow manifold, or 0 for a weakly damped u_i.
  * Products of two strongly damped u_i are neglected. */
-static void bound_slow_velocities(const kr_taylor *p, const slow_directions *slow, double bound[3])
+static void bound_damped_velocities(const kr_taylor *p, const slow_directions *slow,
+                                    double bound[3])
 {
     const kr_series *s = p->series;
     const double *P = s->end_x + 5, *w = s->end_w + 1, most = largest_effective_gravity(s);
@@ -112,8 +113,8 @@ static void bound_slow_velocities(const kr_taylor *p, const slow_directions *slo
     }
 }
 /* Returns the velocity by which the relative tolerance is multiplied: the smallest non-negligible
- * bound[i] on a strongly damped u_i (bound_slow_velocities), or the largest angular velocity if all
- * bound[i] are 0. On a rotating support or while friction holds the top, the result is at least
+ * bound[i] on a strongly damped u_i (bound_damped_velocities), or the largest angular velocity if
+ * all are 0. On a rotating support or while friction holds the top, the result is at least
  * ROUNDED times the other velocities from which u_i is computed with rounding errors. */
 static double find_error_scale(const kr_taylor *p, const slow_directions *slow)
 {
@@ -121,7 +122,7 @@ static double find_error_scale(const kr_taylor *p, const slow_directions *slow)
     const kr_vec3 known =
         slow->is_held ? find_weakly_damped_velocity(s, slow) : get_support_velocity(s, slow);
     double bound[3], least = 1.0, largest = 0.0;
-    bound_slow_velocities(p, slow, bound);
+    bound_damped_velocities(p, slow, bound);
     for (int i = 0; i < slow->count; i++) {
         largest = fmax(largest, bound[i]);
         if (bound[i] > 0.0) least = fmin(least, bound[i]);
@@ -164,7 +165,7 @@ static double support_angular_speed(const kr_taylor *p)
 }
 /* Returns an upper bound on the sum of the torques due to weight, gravity gradient, sliding
  * friction and the rotation of the support, in internal units (method.h). */
-static double largest_torque(const kr_motion *motion)
+static double bound_undamped_torque(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
@@ -207,8 +208,8 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
     double step = log2_step_size(s, order, log2_tol);
     if (motion->digits > 16) step = fmin(step, log2_step_size(s, head + 2, log2_tol + 52.0));
-    /* refine_friction_limit reads the low words of all terms. After the head, these words must be
-     * zero, because the evaluation of the series ignores them. */
+    /* The low words of the terms after the head must be zero for refine_friction_crossing, because
+     * the evaluation of the series ignores them. */
     for (int n = head + 1; n <= order; n++) s[1].w[n][0] = 0.0;
     const double longest = slow->fall > 0.0 ? order / 6.0 * (p->rate / slow->fall) : INFINITY;
     s[0].t = s[0].end;
@@ -219,7 +220,7 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     if (slow->supports) slow->supports->place(s, motion, p->rate);
 }
 /* Returns 1 if an expansion on the slow manifold is worth trying: the distance |u_i'| / d_i of each
- * strongly damped u_i from it is at most the largest of bound[i] / 4 (bound_slow_velocities),
+ * strongly damped u_i from it is at most the largest of bound[i] / 4 (bound_damped_velocities),
  * `small` and, after the transient (`is_settled`), |u_i| / 4. */
 static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow, double small,
                                 int is_settled)
@@ -232,7 +233,7 @@ static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
     const double rounding = slow->turns || slow->is_held ? ROUNDING * v_largest(W) : 0.0,
                  share = is_settled ? 0.25 : 0.0;
     double change[3] = {0.0, 0.0, 0.0}, bound[3];
-    bound_slow_velocities(p, slow, bound);
+    bound_damped_velocities(p, slow, bound);
     const double noise = fmax(fmax(small, rounding), TINY_VELOCITY);
     for (int k = 0; k < slow->count; k++) {
         if (!slow->is_slow[k]) continue;
@@ -251,7 +252,8 @@ static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
  * about the same axes has been strong for SETTLED damping times. The remaining distance is then a
  * rounding error, which is large relative to the angular velocity of a top almost at rest. If the
  * damping time is below the resolution of the time `clock`, the result is UNRESOLVED. */
-static double largest_distance(kr_taylor *p, const slow_directions *slow, double clock, double near)
+static double choose_manifold_tolerance(kr_taylor *p, const slow_directions *slow, double clock,
+                                        double near)
 {
     double axes = 0.0, weakest = INFINITY;
     for (int i = 0; i < slow->count; i++) {
@@ -271,7 +273,7 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
                             const slow_directions *slow, const slow_directions *strong)
 {
     const double before = p->rate, near = exp2(p->log2_tol + 6.0), clock = p->series->end / p->rate;
-    const double off = strong ? near : largest_distance(p, slow, clock, near);
+    const double off = strong ? near : choose_manifold_tolerance(p, slow, clock, near);
     double wait = 0.0;
     int exponent;
     if (!strong && clock < p->try_slow) return 0;
@@ -282,8 +284,9 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
     if (slow->rate > 0.0) kr_taylor_set_rate(p, motion, ldexp(1.0, exponent), slow->supports);
     const double friction = slow->is_held ? kr_support_friction(motion, p->rate) : 0.0;
     if (kr_taylor_is_extended(motion)
-            ? deep_expand(p, slow, strong, kernel->order, off, 0x1p-96, friction, &wait)
-            : plain_expand(p, slow, strong, kernel->order, off, 0x1p-48, friction, &wait)) {
+            ? deep_expand_on_manifold(p, slow, strong, kernel->order, off, 0x1p-96, friction, &wait)
+            : plain_expand_on_manifold(p, slow, strong, kernel->order, off, 0x1p-48, friction,
+                                       &wait)) {
         end_step_by_tolerance(p, motion, kernel, slow,
                               strong ? log2_absolute_tolerance(p, strong) : p->log2_tol);
         return 1;
@@ -295,7 +298,7 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
 /* Returns 0 if the next step certainly does not lie on a slow manifold. On a moving support, the
  * damping rates are compared with the angular velocity, because this comparison often makes the
  * more expensive bound_undamped_rate unnecessary. */
-static int may_be_slow(const kr_motion *motion)
+static int may_step_on_manifold(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
@@ -307,8 +310,8 @@ static int may_be_slow(const kr_motion *motion)
 }
 /* Initializes all members of `slow` except for the choice of the strongly damped directions.
  * Returns 0 if no damping rate is large compared with `undamped`, the rate of the undamped top. */
-static int find_directions(const kr_motion *motion, double undamped, const kr_support_ops *supports,
-                           slow_directions *slow)
+static int find_damping_directions(const kr_motion *motion, double undamped,
+                                   const kr_support_ops *supports, slow_directions *slow)
 {
     const kr_series *s = taylor_of(motion)->series;
     memset(slow, 0, sizeof *slow);
@@ -323,7 +326,7 @@ static int find_directions(const kr_motion *motion, double undamped, const kr_su
     if (supports && s->holds != 0.0)
         supports->find_held(motion, slow);
     else
-        find_principal_axes(motion, slow);
+        set_principal_directions(motion, slow);
     return 1;
 }
 /* Returns log2 of the tolerance for strongly damped steps that are not on a slow manifold. Errors
@@ -341,17 +344,17 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, const kr_support_op
     slow_directions slow, largest_set;
     const slow_directions *strong = NULL; /* the largest set of strongly damped directions */
     *log2_tol = p->log2_tol;
-    if (!may_be_slow(motion)) {
+    if (!may_step_on_manifold(motion)) {
         p->settling = 0.0;
         return 0;
     }
     const double undamped = bound_undamped_rate(motion, velocity, supports),
-                 pull = largest_torque(motion);
+                 pull = bound_undamped_torque(motion);
     if (supports) supports->set_mode(motion);
-    const int is_damped = find_directions(motion, undamped, supports, &slow),
+    const int is_damped = find_damping_directions(motion, undamped, supports, &slow),
               count = p->has_tangents == 0.0 ? slow.count : 0;
     for (int i = 0; i < count; i++) {
-        if (!choose_slow_directions(&slow, i, undamped, pull)) continue;
+        if (!mark_strong_directions(&slow, i, undamped, pull)) continue;
         if (step_on_manifold(p, motion, kernel, &slow, strong)) return 1;
         if (strong) continue;
         largest_set = slow;
@@ -394,7 +397,7 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     if (motion->step >= 0.0 || !(v_largest(motion->damping) > 0.0) || !isfinite(until)) return 0;
     const double turning = support_angular_speed(p),
                  growth = fmin(ratio.x, fmin(ratio.y, ratio.z)) - 4.0 * turning * most / least,
-                 loss = largest_torque(motion) / sqrt(least);
+                 loss = bound_undamped_torque(motion) / sqrt(least);
     const kr_vec3 W = v_scale(p->rate, v_of(p->series->end_w + 1));
     const double y = sqrt(v_dot(v_times(A, W), W)) - sqrt(most) * turning - loss / growth;
     if (!(growth > 0.0 && y > 0.0)) return 0;

@@ -69,7 +69,7 @@ static void set_rotor_coupling(slow_directions *slow, kr_vec3 rotor)
             slow->couple[i][k] = slow->ease[i] * v_dot(high_words(slow->v[i]),
                                                        v_cross(rotor, high_words(slow->v[k])));
 }
-static void find_principal_axes(const kr_motion *motion, slow_directions *slow)
+static void set_principal_directions(const kr_motion *motion, slow_directions *slow)
 {
     slow->count = 3;
     for (int i = 0; i < 3; i++) slow->v[i][i] = slow->dual[i][i] = dd_of(1.0);
@@ -119,7 +119,7 @@ static void invert_matrix(double m[3][3], double inverse[3][3])
     for (int i = 0; i < 9; i++) inverse[i / 3][i % 3] /= sum;
 }
 /* Sets slow->gain to the inverse of the matrix 1 - couple[i][k] / d_i (i, k: strongly damped). */
-static void set_gain(slow_directions *slow)
+static void set_velocity_per_torque(slow_directions *slow)
 {
     double m[3][3];
     for (int i = 0; i < 3; i++)
@@ -144,7 +144,7 @@ static double bound_rotor_rate(const slow_directions *slow)
 /* Marks all directions as strongly damped, except for the `weak_count` ones with the weakest
  * damping. Sets slow->fall and slow->rate for undamped rates up to `undamped_rate` and torques up
  * to `most_torque`. Returns 1 if damping about the marked directions is strong (STRONG). */
-static int choose_slow_directions(slow_directions *slow, int weak_count, double undamped_rate,
+static int mark_strong_directions(slow_directions *slow, int weak_count, double undamped_rate,
                                   double most_torque)
 {
     double others = undamped_rate, weakest = INFINITY, creep = 0.0;
@@ -167,6 +167,6 @@ static int choose_slow_directions(slow_directions *slow, int weak_count, double 
     others = fmax(others, bound_rotor_rate(slow));
     slow->rate = 2.0 * creep + (weak_count > 0 ? 2.0 * others : slow->shaking);
     if (!(weakest > (weak_count > 0 ? STRONG : STRONG_ALONE) * others)) return 0;
-    set_gain(slow);
+    set_velocity_per_torque(slow);
     return 1;
 }

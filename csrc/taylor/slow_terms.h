@@ -25,13 +25,13 @@ static inline real REAL(product)(const REAL(terms) * s, int row_a, int row_b, in
     return sum;
 }
 /* Sets the n-th coefficient of G P, given the coefficients 0 to n of G and of P. */
-static void REAL(multiply_gravity)(REAL(terms) * s, int n)
+static void REAL(set_gravity_vector)(REAL(terms) * s, int n)
 {
     for (int i = 0; i < 3; i++) s->c[ROW_GP + i][n] = REAL(product)(s, ROW_G, ROW_P + i, n);
 }
 /* Writes the n-th coefficient of X, given the coefficients 0 to n of W and of G P. */
-static void REAL(find_acceleration)(const REAL(terms) * s, const slow_directions *slow, int n,
-                                    real acceleration[3])
+static void REAL(find_undamped_acceleration)(const REAL(terms) * s, const slow_directions *slow,
+                                             int n, real acceleration[3])
 {
     const real *p[3] = {s->c[GP_OF(slow)], s->c[GP_OF(slow) + 1], s->c[GP_OF(slow) + 2]};
     real square[3] = {r_of(0.0, 0.0), r_of(0.0, 0.0), r_of(0.0, 0.0)};
@@ -58,11 +58,11 @@ static real REAL(find_component)(const REAL(terms) * s, int i, const real vector
 }
 /* Writes the n-th coefficients of the components of X - O' along the v_i, given the coefficients 0
  * to n of W and of G P, and 0 to n + 1 of O. */
-static void REAL(find_acceleration_components)(const REAL(terms) * s, const slow_directions *slow,
-                                               int n, real components[3])
+static void REAL(find_relative_acceleration)(const REAL(terms) * s, const slow_directions *slow,
+                                             int n, real components[3])
 {
     real acceleration[3];
-    REAL(find_acceleration)(s, slow, n, acceleration);
+    REAL(find_undamped_acceleration)(s, slow, n, acceleration);
     for (int i = 0; i < 3 && slow->turns; i++)
         acceleration[i] = r_sub(acceleration[i], r_mul(r_of(n + 1, 0.0), s->c[ROW_O + i][n + 1]));
     for (int i = 0; i < slow->count; i++)
@@ -84,7 +84,7 @@ static void REAL(set_velocities_from_slow)(REAL(terms) * s, const slow_direction
 }
 /* Sets the (n + 1)-th coefficient of a vector b at rest relative to the support: b' = b x U. The
  * rows of b and of U begin at `row` and `u_row`. */
-static void REAL(next_body_vector)(REAL(terms) * s, int row, int u_row, int n)
+static void REAL(set_next_fixed_vector)(REAL(terms) * s, int row, int u_row, int n)
 {
     const real zero = r_of(0.0, 0.0);
     real ahead[3] = {zero, zero, zero}, behind[3] = {zero, zero, zero};
@@ -97,7 +97,7 @@ static void REAL(next_body_vector)(REAL(terms) * s, int row, int u_row, int n)
     for (int i = 0; i < 3; i++)
         s->c[row + i][n + 1] = r_div(r_sub(ahead[i], behind[i]), r_of(n + 1, 0.0));
 }
-static void REAL(next_attitude)(REAL(terms) * s, int u_row, int n)
+static void REAL(set_next_attitude)(REAL(terms) * s, int u_row, int n)
 {
     real rate = r_of(0.0, 0.0);
     for (int i = 0; i < 3; i++) {
@@ -112,11 +112,11 @@ static void REAL(next_attitude)(REAL(terms) * s, int u_row, int n)
 }
 /* Sets the n-th coefficients of the strongly damped u_i to solutions of the equations for u_i',
  * with u_i' from the previous iteration and any rotor in slow->gain. Returns the largest change. */
-static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
+static double REAL(update_damped_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     real force[3], off[3];
     double moved = 0.0;
-    REAL(find_acceleration_components)(s, slow, n, force);
+    REAL(find_relative_acceleration)(s, slow, n, force);
     for (int i = 0; i < slow->count; i++) {
         const real *u = s->c[U_ROW(slow) + i], next = r_mul(r_of(n + 1, 0.0), u[n + 1]);
         if (slow->is_slow[i]) off[i] = r_sub(r_div(r_sub(force[i], next), s->drag[i]), u[n]);
@@ -135,7 +135,7 @@ static double REAL(solve_slow_velocities)(REAL(terms) * s, const slow_directions
 /* Computes the coefficients of all rows except for q and the friction variable, given the strongly
  * damped u_i of the previous iteration. Returns the largest change of a coefficient of order at
  * most `order` / 2 of a strongly damped u_i. */
-static double REAL(iterate_once)(REAL(terms) * s, const slow_directions *slow, int order)
+static double REAL(update_coefficients)(REAL(terms) * s, const slow_directions *slow, int order)
 {
     const int u = U_OF(slow);
     real force[3];
@@ -143,26 +143,26 @@ static double REAL(iterate_once)(REAL(terms) * s, const slow_directions *slow, i
     int has_weak = 0;
     for (int i = 0; i < slow->count; i++) has_weak += !slow->is_slow[i];
     for (int n = 0;; n++) {
-        if (slow->shakes) REAL(multiply_gravity)(s, n);
+        if (slow->shakes) REAL(set_gravity_vector)(s, n);
         REAL(set_velocities_from_slow)(s, slow, n);
-        const double change = REAL(solve_slow_velocities)(s, slow, n);
+        const double change = REAL(update_damped_velocities)(s, slow, n);
         REAL(set_velocities_from_slow)(s, slow, n);
         if (2 * n <= order) moved = fmax(moved, change);
         if (n == order) break;
-        if (slow->turns) REAL(next_body_vector)(s, ROW_O, u, n);
-        if (has_weak) REAL(find_acceleration_components)(s, slow, n, force);
+        if (slow->turns) REAL(set_next_fixed_vector)(s, ROW_O, u, n);
+        if (has_weak) REAL(find_relative_acceleration)(s, slow, n, force);
         for (int i = 0; i < slow->count; i++) {
             real *own = s->c[U_ROW(slow) + i];
             if (!slow->is_slow[i])
                 own[n + 1] = r_div(r_sub(force[i], r_mul(s->drag[i], own[n])), r_of(n + 1, 0.0));
         }
-        REAL(next_body_vector)(s, ROW_P, u, n);
+        REAL(set_next_fixed_vector)(s, ROW_P, u, n);
     }
     return moved;
 }
 /* Returns u_i at the end of the last step, given the series `from` of this step and O_0. */
-static real REAL(find_end_velocity)(const REAL(terms) * s, const slow_directions *slow,
-                                    const kr_series from[2], int i)
+static real REAL(find_end_relative_velocity)(const REAL(terms) * s, const slow_directions *slow,
+                                             const kr_series from[2], int i)
 {
     real U[3];
     for (int j = 0; j < 3; j++)
@@ -214,12 +214,12 @@ static void REAL(begin_expansion)(REAL(terms) * s, const slow_directions *slow,
         if (slow->turns) s->c[ROW_O + i][0] = r_of(from[0].turn[1 + i], from[1].turn[1 + i]);
     }
     for (int i = 0; i < slow->count; i++)
-        s->c[U_ROW(slow) + i][0] = REAL(find_end_velocity)(s, slow, from, i);
+        s->c[U_ROW(slow) + i][0] = REAL(find_end_relative_velocity)(s, slow, from, i);
     if (slow->shakes) REAL(expand_gravity)(s, from);
 }
 /* Sets the friction variable of a sliding top, which must be zero before, to the spin <U, a>, for
  * orders 0 to `order`. The rows of U begin at `u_row`. */
-static void REAL(find_spin)(REAL(terms) * s, int u_row, int order, const kr_series from[2])
+static void REAL(expand_spin)(REAL(terms) * s, int u_row, int order, const kr_series from[2])
 {
     for (int n = 0; n <= order; n++)
         for (int i = 0; i < 3; i++)
@@ -229,12 +229,12 @@ static void REAL(find_spin)(REAL(terms) * s, int u_row, int order, const kr_seri
 }
 /* Sets the friction variable while friction holds the top, for orders below `order`: the friction
  * torque <a, A (W' - X) + D U> divided by its maximum `friction`. The unit of time is 1 / rate. */
-static void REAL(find_friction_ratio)(REAL(terms) * s, const slow_directions *slow, double rate,
-                                      double friction, int order)
+static void REAL(expand_friction_ratio)(REAL(terms) * s, const slow_directions *slow, double rate,
+                                        double friction, int order)
 {
     for (int n = 0; n < order; n++) {
         real sum = r_of(0.0, 0.0), torque[3];
-        REAL(find_acceleration)(s, slow, n, torque);
+        REAL(find_undamped_acceleration)(s, slow, n, torque);
         for (int j = 0; j < 3; j++) {
             const real next = r_mul(r_of(n + 1, 0.0), s->c[ROW_W + j][n + 1]);
             sum = r_add(sum, r_mul(r_dd(slow->moment[j]), r_sub(next, torque[j])));
@@ -264,7 +264,7 @@ static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
 {
     double last = 0.0;
     for (int i = 0; i < slow->count; i++) {
-        const real end = REAL(find_end_velocity)(s, slow, from, i);
+        const real end = REAL(find_end_relative_velocity)(s, slow, from, i);
         const double off = fabs(r_high(r_sub(end, s->c[U_ROW(slow) + i][0]))),
                      size = fmax(bound[i], scale), allowed = fmax(near * size, TINY_VELOCITY);
         if (slow->is_slow[i] && !(off <= allowed))
@@ -280,12 +280,13 @@ static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
  * `friction` is the largest friction torque, if friction holds the top. Returns 0 if the iteration
  * does not converge, or if the motion is not on the manifold. `wait` is then an estimate of the
  * time to reach it, in the units of the series. */
-static int REAL(expand)(kr_taylor *p, const slow_directions *slow, const slow_directions *strong,
-                        int order, double near, double noise, double friction, double *wait)
+static int REAL(expand_on_manifold)(kr_taylor *p, const slow_directions *slow,
+                                    const slow_directions *strong, int order, double near,
+                                    double noise, double friction, double *wait)
 {
     const double scale = find_distance_scale(p, slow, strong);
     double bound[3], moved = INFINITY, size = find_error_scale(p, slow);
-    bound_slow_velocities(p, slow, bound);
+    bound_damped_velocities(p, slow, bound);
     REAL(terms) s;
     REAL(begin_expansion)(&s, slow, p->series, p->rate);
     for (int i = 0; i < slow->count; i++)
@@ -294,14 +295,14 @@ static int REAL(expand)(kr_taylor *p, const slow_directions *slow, const slow_di
             *wait = fmax(*wait, 1.0 / r_high(s.drag[i]));
         }
     for (int sweep = 0; sweep < SWEEPS && moved > noise * size; sweep++)
-        moved = REAL(iterate_once)(&s, slow, order);
+        moved = REAL(update_coefficients)(&s, slow, order);
     if (moved > noise * size) return 0;
     /* Iterate once more, because the friction torque is inaccurate if large terms nearly cancel. */
-    if (slow->is_held) REAL(iterate_once)(&s, slow, order);
+    if (slow->is_held) REAL(update_coefficients)(&s, slow, order);
     if (!REAL(is_on_manifold)(&s, p->series, slow, bound, scale, near, wait)) return 0;
-    for (int n = 0; n < order; n++) REAL(next_attitude)(&s, U_OF(slow), n);
-    if (slow->slides) REAL(find_spin)(&s, U_OF(slow), order, p->series);
-    if (slow->is_held) REAL(find_friction_ratio)(&s, slow, p->rate, friction, order);
+    for (int n = 0; n < order; n++) REAL(set_next_attitude)(&s, U_OF(slow), n);
+    if (slow->slides) REAL(expand_spin)(&s, U_OF(slow), order, p->series);
+    if (slow->is_held) REAL(expand_friction_ratio)(&s, slow, p->rate, friction, order);
     REAL(write_coefficients)(&s, order, p->series);
     return 1;
 }

@@ -43,8 +43,8 @@ static real_vec REAL(zero)(void)
     return r_vdd(vdd_of(none));
 }
 static real REAL(sum_components)(real_vec a) { return r_add(r_add(a.x, a.y), a.z); }
-static real REAL(share)(int n) { return r_div(r_of(1.0, 0.0), r_of(n + 1, 0.0)); }
-static real_vec REAL(multiply_series)(const real a[], const real_vec b[], int n)
+static real REAL(inverse_of_next)(int n) { return r_div(r_of(1.0, 0.0), r_of(n + 1, 0.0)); }
+static real_vec REAL(product_term)(const real a[], const real_vec b[], int n)
 {
     real_vec sum = REAL(zero)();
     for (int m = 0; m <= n; m++) sum = VEC(add)(sum, VEC(scale)(a[m], b[n - m]));
@@ -84,14 +84,14 @@ static real_vec REAL(rotate_to_body)(const real q[4], const double vector[3])
     return (real_vec){sum[0], sum[1], sum[2]};
 }
 /* Sets a[n + 1] of a vector fixed in the support's frame: a' = a x U, U = `relative`. */
-static void REAL(next_space_vector)(real_vec a[], const real_vec relative[], int n)
+static void REAL(set_next_space_vector)(real_vec a[], const real_vec relative[], int n)
 {
-    a[n + 1] = VEC(scale)(REAL(share)(n), REAL(cross)(a, relative, n));
+    a[n + 1] = VEC(scale)(REAL(inverse_of_next)(n), REAL(cross)(a, relative, n));
 }
 /* Sets the n-th coefficients of W, U, AW + h, D U, P and K A P from the series `path` of the top.
  * The n-th coefficient of O must be known. h is `rotor`. */
-static void REAL(read_coefficients)(REAL(moving_path) * p, const kr_series path[2], int n,
-                                    real_vec rotor)
+static void REAL(read_path_coefficients)(REAL(moving_path) * p, const kr_series path[2], int n,
+                                         real_vec rotor)
 {
     const real_vec W = r_get(path, w[n] + 1), own = VEC(times)(p->A, W);
     p->velocity[n] = W;
@@ -145,36 +145,35 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, doub
     if (p->has_friction) REAL(read_friction)(p, motion, rate, path, order);
     for (int n = 0; n < order; n++) {
         const real share = r_div(r_dd(shaking), r_of(n + 1, 0.0));
-        REAL(read_coefficients)(p, path, n, rotor);
+        REAL(read_path_coefficients)(p, path, n, rotor);
         p->pulled[n] =
             VEC(add)(VEC(scale)(r_dd(base), p->vertical[n]),
-                     VEC(scale)(r_dd(sway), REAL(multiply_series)(p->cosine, p->vertical, n)));
-        REAL(next_space_vector)(p->support, p->relative, n);
+                     VEC(scale)(r_dd(sway), REAL(product_term)(p->cosine, p->vertical, n)));
+        REAL(set_next_space_vector)(p->support, p->relative, n);
         p->cosine[n + 1] = r_sub(r_of(0.0, 0.0), r_mul(share, p->sine[n]));
         p->sine[n + 1] = r_mul(share, p->cosine[n]);
     }
-    if (p->is_held) REAL(read_coefficients)(p, path, order, rotor);
+    if (p->is_held) REAL(read_path_coefficients)(p, path, order, rotor);
 }
 /* Subtracts k P x b from `push_loss`, where b is g->pull, t the time since the beginning of the
  * series, and cosine and sine are those of the phase of the shaking:
  *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine */
-static void REAL(add_pull)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
-                           const kr_tangent *g, const dd scale[4], int order)
+static void REAL(add_weight_derivative)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
+                                        const kr_tangent *g, const dd scale[4], int order)
 {
     real k[TERMS];
     for (int n = 0; n < order; n++) {
         const real phase =
             r_add(r_mul(r_dd(scale[1]), p->cosine[n]), r_mul(r_dd(scale[2]), p->sine[n]));
         k[n] = r_add(phase, n == 0 ? r_dd(scale[0]) : r_mul(r_dd(scale[3]), p->sine[n - 1]));
-        d->push_loss[n] =
-            VEC(sub)(d->push_loss[n],
-                     VEC(cross)(REAL(multiply_series)(k, p->vertical, n), r_get(g, pull + 1)));
+        d->push_loss[n] = VEC(sub)(
+            d->push_loss[n], VEC(cross)(REAL(product_term)(k, p->vertical, n), r_get(g, pull + 1)));
     }
 }
 /* Adds E to `turn_loss` and E x (AW + h) to `push_loss`. `turned` is E in internal units, which is
  * divided by `rate` to convert it to the unit of the series. */
-static void REAL(add_turning)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
-                              const kr_tangent *g, double rate, int order)
+static void REAL(add_turning_derivative)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
+                                         const kr_tangent *g, double rate, int order)
 {
     real_vec turned[TERMS];
     const real per_rate = r_of(1.0 / rate, 0.0);
@@ -184,12 +183,12 @@ static void REAL(add_turning)(const REAL(moving_path) * p, REAL(moving_deviation
         const real_vec carried = REAL(cross)(turned, p->momentum, n);
         d->turn_loss[n] = VEC(add)(d->turn_loss[n], VEC(scale)(per_rate, turned[n]));
         d->push_loss[n] = VEC(add)(d->push_loss[n], VEC(scale)(per_rate, carried));
-        if (n < order) REAL(next_space_vector)(turned, p->relative, n);
+        if (n < order) REAL(set_next_space_vector)(turned, p->relative, n);
     }
 }
 /* Subtracts P x (K A)' P from `push_loss`. */
-static void REAL(add_gradient)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
-                               const kr_tangent *g, int order)
+static void REAL(add_gradient_derivative)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
+                                          const kr_tangent *g, int order)
 {
     real_vec change[TERMS];
     const real_vec moments = r_vdd(vdd_of(v_of(g->moments + 1))),
@@ -218,10 +217,12 @@ static void REAL(set_parameter_terms)(const REAL(moving_path) * p, REAL(moving_d
         const dd since = dd_make(path->t, motion->digits > 16 ? path[1].t : 0.0);
         dd scale[4] = {{0.0, 0.0}};
         set_acceleration_coefficients(motion, rate, since, g->timing, scale);
-        REAL(add_pull)(p, d, g, scale, order);
+        REAL(add_weight_derivative)(p, d, g, scale, order);
     }
-    if (v_largest(v_of(g->turning_of + 1)) > 0.0) REAL(add_turning)(p, d, g, rate, order);
-    if (motion->gradient != 0.0 || g->gradient_of != 0.0) REAL(add_gradient)(p, d, g, order);
+    if (v_largest(v_of(g->turning_of + 1)) > 0.0)
+        REAL(add_turning_derivative)(p, d, g, rate, order);
+    if (motion->gradient != 0.0 || g->gradient_of != 0.0)
+        REAL(add_gradient_derivative)(p, d, g, order);
     if (!p->has_friction) return;
     const real torque = r_of(-kr_support_sliding(path) * g->friction_of, 0.0);
     d->apex = r_get(g, apex_of + 1);
@@ -244,46 +245,48 @@ static real REAL(find_spin_change)(const REAL(moving_path) * p, const REAL(movin
 }
 /* Adds f (theta x a + d) to the (n + 1)-th coefficient of N and, while friction holds the top, g a,
  * such that the (n + 1)-th coefficient of the change of the spin becomes zero. */
-static void REAL(add_friction)(const REAL(moving_path) * p, REAL(moving_deviation) * d, int n)
+static void REAL(add_friction_change)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
+                                      int n)
 {
     const real_vec turned = VEC(cross)(d->turn[n], p->apex);
     d->apex_change[n] = n == 0 ? VEC(add)(turned, d->apex) : turned;
     d->push[n + 1] =
-        VEC(add)(d->push[n + 1],
-                 VEC(scale)(REAL(share)(n), REAL(multiply_series)(p->torque, d->apex_change, n)));
+        VEC(add)(d->push[n + 1], VEC(scale)(REAL(inverse_of_next)(n),
+                                            REAL(product_term)(p->torque, d->apex_change, n)));
     if (!p->is_held) return;
     const real lost = r_div(REAL(find_spin_change)(p, d, n + 1), p->inverse_inertia);
     d->push[n + 1] = VEC(sub)(d->push[n + 1], VEC(scale)(lost, p->apex));
 }
 /* Returns the n-th coefficient of P x (theta x K A P + K A (P x theta)). */
-static real_vec REAL(find_gradient_change)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
-                                           int n)
+static real_vec REAL(find_gradient_torque_by_theta)(const REAL(moving_path) * p,
+                                                    REAL(moving_deviation) * d, int n)
 {
     d->tilted[n] = VEC(add)(REAL(cross)(d->turn, p->steep, n),
                             VEC(times)(p->stiffness, REAL(cross)(p->vertical, d->turn, n)));
     return REAL(cross)(p->vertical, d->tilted, n);
 }
-static void REAL(next_deviation)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
-                                 int has_gradient, int n)
+static void REAL(set_next_tangent_terms)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
+                                         int has_gradient, int n)
 {
-    const real share = REAL(share)(n);
+    const real share = REAL(inverse_of_next)(n);
     d->cross[n] = VEC(cross)(p->lever, d->turn[n]);
     const real_vec rate = REAL(find_theta_rate)(p, d, n),
                    slipped = VEC(sub)(rate, REAL(cross)(d->turn, p->relative, n)),
                    pushed = VEC(sub)(REAL(cross)(d->push, p->velocity, n), d->push_loss[n]),
                    dragged = REAL(cross)(p->dragged, d->turn, n);
     real_vec pulled = REAL(cross)(d->cross, p->pulled, n);
-    if (has_gradient) pulled = VEC(add)(pulled, REAL(find_gradient_change)(p, d, n));
+    if (has_gradient) pulled = VEC(add)(pulled, REAL(find_gradient_torque_by_theta)(p, d, n));
     d->turn[n + 1] = VEC(scale)(share, rate);
     d->push[n + 1] = VEC(scale)(
         share, VEC(sub)(VEC(add)(pushed, pulled), VEC(sub)(VEC(times)(p->D, slipped), dragged)));
-    if (p->has_friction) REAL(add_friction)(p, d, n);
+    if (p->has_friction) REAL(add_friction_change)(p, d, n);
 }
 /* Computes the Taylor coefficients of n tangents from those of order 0. If `jump_factor` is not
  * NULL, only subtracts jump_factor * (change of the spin) * a from N at the end of the step, where
  * `path` must then begin. 1 / rate is the unit of time. */
-static void REAL(change_tangents)(const kr_motion *motion, double rate, const kr_series path[2],
-                                  kr_tangent *first, size_t n, int order, const dd *jump_factor)
+static void REAL(expand_or_jump_tangents)(const kr_motion *motion, double rate,
+                                          const kr_series path[2], kr_tangent *first, size_t n,
+                                          int order, const dd *jump_factor)
 {
     REAL(moving_path) p;
     REAL(moving_deviation) d;
@@ -300,7 +303,7 @@ static void REAL(change_tangents)(const kr_motion *motion, double rate, const kr
             continue;
         }
         for (int k = 0; k < order; k++) {
-            REAL(next_deviation)(&p, &d, motion->gradient != 0.0, k);
+            REAL(set_next_tangent_terms)(&p, &d, motion->gradient != 0.0, k);
             r_put(g, x[k + 1] + 1, d.turn[k + 1]);
             r_put(g, x[k + 1] + 5, d.push[k + 1]);
         }

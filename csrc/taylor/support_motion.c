@@ -29,12 +29,12 @@
 #define NEWTON_LEAST 3
 #define NEWTON_MOST 8
 
-static double frictionless_spin_rate(const kr_series *s)
+static double frictionless_spin_derivative(const kr_series *s)
 {
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1);
     return v_dot(v_of(s->apex + 1), v_sub(kr_taylor_acceleration(s), v_cross(O, W)));
 }
-static dd find_spin(const kr_series s[2])
+static dd find_end_spin(const kr_series s[2])
 {
     const vec_dd W = v_dd(v_of(s[0].end_w + 1), v_of(s[1].end_w + 1)),
                  O = v_dd(v_of(s[0].turn + 1), v_of(s[1].turn + 1)),
@@ -42,17 +42,18 @@ static dd find_spin(const kr_series s[2])
     const vec_dd U = vdd_add(W, vdd_scale(dd_of(-1.0), O));
     return vdd_dot(U, apex);
 }
-static void remove_spin(kr_series s[2])
+static void remove_end_spin(kr_series s[2])
 {
     const vec_dd W = v_dd(v_of(s[0].end_w + 1), v_of(s[1].end_w + 1)),
                  yield = v_dd(v_of(s[0].yield + 1), v_of(s[1].yield + 1));
-    set_vector_words(s[0].end_w, s[1].end_w, vdd_add(W, vdd_scale(dd_neg(find_spin(s)), yield)));
+    set_vector_words(s[0].end_w, s[1].end_w,
+                     vdd_add(W, vdd_scale(dd_neg(find_end_spin(s)), yield)));
 }
 /* Sets p->sliding of a top without spin: 0 if friction can hold the top, else the sign of the spin
  * when the top starts to slide. `torque_ratio` is the torque that friction has to balance, divided
  * by the maximum friction torque. The top starts to slide in the direction of this torque or,
  * backward in time, in the opposite direction. */
-static void decide_hold(kr_taylor *p, const kr_motion *motion, double torque_ratio)
+static void set_sliding_or_hold(kr_taylor *p, const kr_motion *motion, double torque_ratio)
 {
     const double along = (torque_ratio > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
     p->sliding = fabs(torque_ratio) <= 1.0 ? 0.0 : along;
@@ -60,7 +61,7 @@ static void decide_hold(kr_taylor *p, const kr_motion *motion, double torque_rat
 /* Returns the threshold, in the units of the series, below which the initial spin is treated as
  * zero. If damping is so strong that the unit of time is much shorter than the time scale of the
  * motion, the threshold is lower, but never below the rounding error of the spin <W - O, a>. */
-static double negligible_spin(const kr_motion *motion)
+static double initial_spin_threshold(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
@@ -73,7 +74,7 @@ static double negligible_spin(const kr_motion *motion)
     return fmax(part * (kr_taylor_is_extended(motion) ? NEGLIGIBLE_SPIN_DEEP : NEGLIGIBLE_SPIN),
                 ROUNDED_SPIN * terms);
 }
-static void set_initial_mode(const kr_motion *motion)
+static void set_initial_friction_mode(const kr_motion *motion)
 {
     kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
@@ -87,15 +88,15 @@ static void set_initial_mode(const kr_motion *motion)
     }
     kr_support_place(s, motion, p->rate);
     if (!(motion->scene->friction > 0.0)) return;
-    const double spin = find_spin(s).hi;
-    if (fabs(spin) > negligible_spin(motion)) {
+    const double spin = find_end_spin(s).hi;
+    if (fabs(spin) > initial_spin_threshold(motion)) {
         p->sliding = spin > 0.0 ? 1.0 : -1.0;
         return;
     }
-    remove_spin(s);
+    remove_end_spin(s);
     memcpy(s[0].w[0], s[0].end_w, sizeof s->end_w);
     memcpy(s[1].w[0], s[1].end_w, sizeof s->end_w);
-    decide_hold(p, motion, frictionless_spin_rate(s) * s->per_grip);
+    set_sliding_or_hold(p, motion, frictionless_spin_derivative(s) * s->per_grip);
 }
 
 /* Returns the first point in [low, high] where a polynomial of degree n becomes negative, or
@@ -116,7 +117,7 @@ static double find_first_negative(double *bernstein, int n, double low, double h
 }
 /* Returns the fraction of the step at which `sign` times the friction variable plus `constant`
  * first becomes negative. Returns INFINITY if the sum stays nonnegative throughout the step. */
-static double find_friction_limit(const kr_series *s, int order, double sign, double constant)
+static double find_friction_crossing(const kr_series *s, int order, double sign, double constant)
 {
     double b[KR_TAYLOR_MAX + 1], power = 1.0, binomial = 1.0, others = 0.0;
     b[0] = sign * s->w[0][0] + constant;
@@ -137,8 +138,8 @@ static double find_friction_limit(const kr_series *s, int order, double sign, do
 /* Returns the time from the beginning of the step until the friction variable equals `value`.
  * Newton's method starts at the time `near` after the beginning, where the friction variable may
  * differ from `value` by about `noise`. */
-static dd refine_friction_limit(const kr_series s[2], int order, double value, double near,
-                                double noise)
+static dd refine_friction_crossing(const kr_series s[2], int order, double value, double near,
+                                   double noise)
 {
     const double span = s->end - s->t, far = FARTHEST_PART * fabs(span);
     dd h = dd_of(near);
@@ -164,7 +165,7 @@ static void end_step_after_time(kr_series s[2], const kr_kernel *kernel, int dee
     s[1].at = deep ? to.lo : 0.0;
     kr_taylor_end_at(s, kernel);
 }
-static dd find_end_slope(const kr_series s[2], int order)
+static dd find_end_friction_slope(const kr_series s[2], int order)
 {
     const dd h =
         dd_sub(dd_add(dd_of(s[0].end), dd_of(s[1].end)), dd_add(dd_of(s[0].t), dd_of(s[1].t)));
@@ -174,21 +175,21 @@ static dd find_end_slope(const kr_series s[2], int order)
     return sum;
 }
 /* Returns 1 if the spin, initially of the sign `sliding`, has the other sign at the end of the step
- * but is within `noise` of zero, so that find_friction_limit does not detect the change. */
+ * but is within `noise` of zero, so that find_friction_crossing does not detect the change. */
 static int spin_crosses_zero(const kr_series s[2], int order, double sliding, double noise)
 {
     const double span = s->end - s->t;
     if (!(sliding * s->end_w[0] < 0.0 && sliding * s->w[0][0] > 0.0)) return 0;
-    if (!(sliding * find_end_slope(s, order).hi * span < 0.0)) return 0;
-    const double at = refine_friction_limit(s, order, 0.0, span, noise).hi;
+    if (!(sliding * find_end_friction_slope(s, order).hi * span < 0.0)) return 0;
+    const double at = refine_friction_crossing(s, order, 0.0, span, noise).hi;
     return at * span > 0.0 && fabs(at) <= fabs(span);
 }
 /* Returns 1 if a top without spin cannot slide in the chosen direction p->sliding, because the spin
  * would accelerate in the opposite direction (OPPOSED_ACCELERATION). */
-static int is_slide_opposed(const kr_taylor *p, const kr_motion *motion)
+static int is_sliding_impossible(const kr_taylor *p, const kr_motion *motion)
 {
     const kr_series *s = p->series;
-    const double gain = p->sliding * frictionless_spin_rate(s) - 1.0 / s->per_grip,
+    const double gain = p->sliding * frictionless_spin_derivative(s) - 1.0 / s->per_grip,
                  noise = OPPOSED_ACCELERATION * (1.0 + v_largest(v_of(s->drag + 1)));
     return p->sliding != 0.0 && (motion->step < 0.0 ? -gain : gain) < -noise;
 }
@@ -197,21 +198,23 @@ static int is_slide_opposed(const kr_taylor *p, const kr_motion *motion)
  * spin may accelerate opposite to the chosen direction of sliding. Friction then holds the top,
  * because the next step would have length zero. On the slow manifold (`is_slow`), this is not
  * tested: the acceleration is a difference of large torques, and its sign is unknown. */
-static void update_mode(kr_taylor *p, const kr_motion *motion, int order, double value, int is_slow)
+static void update_friction_mode(kr_taylor *p, const kr_motion *motion, int order, double value,
+                                 int is_slow)
 {
     kr_series *s = p->series;
-    const double before = p->sliding, slope = before != 0.0 ? find_end_slope(s, order).hi : 0.0;
+    const double before = p->sliding,
+                 slope = before != 0.0 ? find_end_friction_slope(s, order).hi : 0.0;
     p->try_slow = p->settling = 0.0;
-    remove_spin(s);
+    remove_end_spin(s);
     if (before == 0.0) {
         p->sliding = -value;
     } else {
         /* The torque to balance is computed from the slope of the spin and the last friction, not
          * from the velocity, whose rounding errors strong damping amplifies. */
         p->before_hold = before;
-        decide_hold(p, motion, slope * s->per_grip + before);
+        set_sliding_or_hold(p, motion, slope * s->per_grip + before);
     }
-    if (!is_slow && is_slide_opposed(p, motion)) p->sliding = 0.0;
+    if (!is_slow && is_sliding_impossible(p, motion)) p->sliding = 0.0;
 }
 /* Shortens the step if, within the step, friction stops the top or can no longer hold the top, and
  * then changes the friction mode. A spin below NEGLIGIBLE_SPIN times `spin_unit` is treated as
@@ -222,9 +225,9 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
     kr_series *s = p->series;
     const int n = kernel->order, slides = s->slides != 0.0, deep = kr_taylor_is_extended(motion);
     const double noise = spin_unit * NEGLIGIBLE_SPIN, most = 1.0 + NEGLIGIBLE_SPIN;
-    const double first = slides ? find_friction_limit(s, n, p->sliding, noise)
-                                : find_friction_limit(s, n, 1.0, most),
-                 second = slides ? INFINITY : find_friction_limit(s, n, -1.0, most);
+    const double first = slides ? find_friction_crossing(s, n, p->sliding, noise)
+                                : find_friction_crossing(s, n, 1.0, most),
+                 second = slides ? INFINITY : find_friction_crossing(s, n, -1.0, most);
     const double span = s->end - s->t;
     const int passes = slides && !(first < INFINITY) && spin_crosses_zero(s, n, p->sliding, noise);
     const double part = passes ? 1.0 : fmin(first, second);
@@ -233,15 +236,15 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
                              : first <= second ? -1.0
                                                : 1.0,
                      beyond = slides ? -p->sliding * noise : most * value;
-        dd h = refine_friction_limit(s, n, value, part * span, noise);
+        dd h = refine_friction_crossing(s, n, value, part * span, noise);
         /* At the beginning of the step, a spin below `noise` may already have the opposite sign. */
-        if (!(h.hi * span > 0.0)) h = refine_friction_limit(s, n, beyond, part * span, 0.0);
+        if (!(h.hi * span > 0.0)) h = refine_friction_crossing(s, n, beyond, part * span, 0.0);
         if (!(h.hi * span > 0.0)) h = dd_of(NARROW_PART * span);
         end_step_after_time(s, kernel, deep, h);
         kr_support_place(s, motion, p->rate);
-        update_mode(p, motion, n, value, is_slow);
+        update_friction_mode(p, motion, n, value, is_slow);
     } else if (!slides) {
-        remove_spin(s);
+        remove_end_spin(s);
     }
     s[0].end_w[0] = s[1].end_w[0] = 0.0;
 }
@@ -258,9 +261,9 @@ static int find_friction_jump(const kr_motion *motion, int order, dd *factor)
     }
     if (is_start) {
         *factor = dd_of(NAN);
-        return fabs(find_spin(s).hi) <= negligible_spin(motion);
+        return fabs(find_end_spin(s).hi) <= initial_spin_threshold(motion);
     }
-    *factor = dd_div(dd_of(-2.0 * before * friction), find_end_slope(s, order));
+    *factor = dd_div(dd_of(-2.0 * before * friction), find_end_friction_slope(s, order));
     return 1;
 }
 static void find_end_derivatives(const kr_motion *motion, double x_rate[8], double w_rate[4])
@@ -272,14 +275,14 @@ static void find_end_derivatives(const kr_motion *motion, double x_rate[8], doub
                   rate = q_scale(0.5, q_mul(q, q4(0.0, U)));
     kr_vec3 gain = kr_taylor_acceleration(s);
     if (s->slides != 0.0) gain = v_add(gain, v_of(s->rub + 1));
-    if (s->holds != 0.0) gain = v_axpy(-frictionless_spin_rate(s), v_of(s->yield + 1), gain);
+    if (s->holds != 0.0) gain = v_axpy(-frictionless_spin_derivative(s), v_of(s->yield + 1), gain);
     x_rate[0] = rate.w;
     v_put(x_rate + 1, q_vec(rate));
     x_rate[4] = w_rate[0] = 0.0;
     v_put(x_rate + 5, v_cross(P, U));
     v_put(w_rate + 1, gain);
 }
-static kr_status step_support(kr_motion *motion, const kr_kernel *kernel)
+static kr_status step_with_support(kr_motion *motion, const kr_kernel *kernel)
 {
     kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
@@ -314,8 +317,8 @@ const kr_support_ops kr_supports = {.rate = kr_support_rate,
                                     .set_mode = kr_support_set_mode,
                                     .sliding = kr_support_sliding,
                                     .find_held = kr_slow_find_held,
-                                    .start = set_initial_mode,
-                                    .step = step_support,
+                                    .start = set_initial_friction_mode,
+                                    .step = step_with_support,
                                     .slopes = find_end_derivatives,
                                     .jumps = find_friction_jump,
                                     .expand_tangents = FOR_TANGENTS(kr_support_expand_tangents),

@@ -8,7 +8,7 @@
 
 /* Returns first * (1 + z / (a (a+1)) + z^2 / (a (a+1) (a+2) (a+3)) + ...), where z is `square` and
  * a is `from`, without terms whose denominator contains a factor greater than `to`. */
-static dd dd_sum_series(dd first, int from, int to, dd square)
+static dd dd_sum_trig_series(dd first, int from, int to, dd square)
 {
     dd term = first, sum = first;
     for (int i = from; i < to; i += 2) {
@@ -21,7 +21,7 @@ static dd dd_sum_series(dd first, int from, int to, dd square)
 static void dd_sincos(dd angle, dd *s, dd *c)
 {
     const dd r = dd_times(0.0625, angle), rr = dd_neg(dd_square(r));
-    dd sn = dd_sum_series(r, 2, 22, rr), cs = dd_sum_series(dd_of(1.0), 1, 22, rr);
+    dd sn = dd_sum_trig_series(r, 2, 22, rr), cs = dd_sum_trig_series(dd_of(1.0), 1, 22, rr);
     for (int i = 0; i < 4; i++) {
         const dd twice = dd_twice(dd_mul(sn, cs));
         cs = dd_sub(dd_of(1.0), dd_twice(dd_square(sn)));
@@ -37,11 +37,11 @@ static kr_vec3 support_velocity(const kr_motion *motion)
 }
 static double shaking_rate(const kr_motion *motion)
 {
-    return kr_scene_shakes(motion->scene) ? motion->time_unit * motion->scene->shaking.rate : 0.0;
+    return kr_support_shakes(motion->scene) ? motion->time_unit * motion->scene->shaking.rate : 0.0;
 }
 /* Returns mass * acceleration * (center of mass) in internal units, along the principal axes, for
  * an acceleration in the user's units. */
-static vec_dd effective_lever(const kr_motion *motion, dd acceleration)
+static vec_dd lever_at_acceleration(const kr_motion *motion, dd acceleration)
 {
     kr_scene scene = *motion->scene;
     scene.gravity = acceleration.hi;
@@ -68,11 +68,11 @@ vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway)
     if (!(fabs(most.hi) > 0.0)) return motion->body->lever;
     if (fabs(gravity.hi) >= fabs(most.hi)) {
         *sway = dd_neg(dd_div(most, gravity));
-        return effective_lever(motion, gravity);
+        return lever_at_acceleration(motion, gravity);
     }
     *base = dd_div(gravity, most);
     *sway = dd_of(-1.0);
-    return effective_lever(motion, most);
+    return lever_at_acceleration(motion, most);
 }
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
 {
@@ -112,8 +112,8 @@ vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double 
     set_words(&s[0].sway[2], per_rate);
     set_words(&s[0].sway[3], base);
     set_words(&s[0].sway_most, sway);
-    s[0].turns = kr_scene_turns(motion->scene);
-    s[0].shakes = kr_scene_shakes(motion->scene);
+    s[0].turns = kr_support_turns(motion->scene);
+    s[0].shakes = kr_support_shakes(motion->scene);
     if (motion->scene->friction > 0.0) set_friction_constants(s, motion, rate);
     return lever;
 }

@@ -22,7 +22,7 @@ static void set_acceleration_coefficients(const kr_motion *motion, double rate, 
     switch ((int)timing) {
     case KR_TIMING_STRENGTH:
         scale[0] = dd_of(motion->scene->gravity);
-        scale[1] = kr_scene_shakes(motion->scene) ? dd_neg(most) : dd_of(0.0);
+        scale[1] = kr_support_shakes(motion->scene) ? dd_neg(most) : dd_of(0.0);
         break;
     case KR_TIMING_UNIFORM:
         scale[0] = dd_of(1.0);
@@ -48,18 +48,18 @@ static void set_acceleration_coefficients(const kr_motion *motion, double rate, 
 #include "support_deviation.h"
 
 /* Expands n tangents or, if `jump_factor` is not NULL, applies kr_support_jump_tangents to them. */
-static void change_tangents(const kr_motion *motion, double rate, const kr_series path[2],
-                            kr_tangent *first, size_t n, int order, const dd *jump_factor)
+static void expand_or_jump_tangents(const kr_motion *motion, double rate, const kr_series path[2],
+                                    kr_tangent *first, size_t n, int order, const dd *jump_factor)
 {
     if (motion->digits > 16)
-        deep_change_tangents(motion, rate, path, first, n, order, jump_factor);
+        deep_expand_or_jump_tangents(motion, rate, path, first, n, order, jump_factor);
     else
-        plain_change_tangents(motion, rate, path, first, n, order, jump_factor);
+        plain_expand_or_jump_tangents(motion, rate, path, first, n, order, jump_factor);
 }
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 kr_tangent *first, size_t n, int order)
 {
-    change_tangents(motion, rate, path, first, n, order, NULL);
+    expand_or_jump_tangents(motion, rate, path, first, n, order, NULL);
 }
 void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
                               kr_tangent *first, size_t n, dd factor)
@@ -72,5 +72,5 @@ void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_ser
         path[word].t = ended[word].end;
     }
     path[0].slides = path[0].holds = 0.0;
-    change_tangents(motion, rate, path, first, n, 1, &factor);
+    expand_or_jump_tangents(motion, rate, path, first, n, 1, &factor);
 }

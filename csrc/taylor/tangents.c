@@ -38,7 +38,7 @@ typedef struct {
     size_t words;               /* structs per number: 1, or 2 for high and low words */
 } tangent_set;
 
-static size_t count_words(int digits) { return digits > 16 ? 2 : 1; }
+static size_t count_words_per_number(int digits) { return digits > 16 ? 2 : 1; }
 static size_t count_batches(size_t n)
 {
 #ifdef KR_NO_BATCHES
@@ -57,7 +57,7 @@ static size_t count_structs(size_t n, size_t batches)
 static size_t count_doubles(int digits, size_t n)
 {
     const size_t structs = count_structs(n, count_batches(n)), most = structs > n ? structs : n;
-    return (sizeof(tangent_work) + most * count_words(digits) * sizeof(kr_tangent)) /
+    return (sizeof(tangent_work) + most * count_words_per_number(digits) * sizeof(kr_tangent)) /
            sizeof(double);
 }
 /* Returns the baseline instruction set, which is the last one in the table. */
@@ -67,7 +67,7 @@ static const kr_isa *find_base_isa(void)
     while (kr_taylor_isa(i + 1)) i++;
     return kr_taylor_isa(i);
 }
-static tangent_set find_tangents(const kr_motion *motion, double *memory, size_t n)
+static tangent_set make_tangent_set(const kr_motion *motion, double *memory, size_t n)
 {
     tangent_work *work = (tangent_work *)memory;
     const kr_isa *known = kr_taylor_isa_of(motion), *isa = known ? known : find_base_isa();
@@ -80,7 +80,7 @@ static tangent_set find_tangents(const kr_motion *motion, double *memory, size_t
                          .n = n,
                          .batches = batches,
                          .structs = count_structs(n, batches),
-                         .words = count_words(motion->digits)};
+                         .words = count_words_per_number(motion->digits)};
 }
 
 /* Location of a tangent: `from` is the struct of a single tangent, or the first struct of a batch.
@@ -90,7 +90,7 @@ typedef struct {
     kr_tangent *from;
     size_t first, stride;
 } deviation_address;
-static deviation_address find_address(const tangent_set *t, size_t i)
+static deviation_address find_tangent_address(const tangent_set *t, size_t i)
 {
     const size_t batched = KR_DEVIATION_BATCH * t->batches, structs = KR_DEVIATION_BATCH_STRUCTS;
     if (i >= batched)
@@ -135,7 +135,7 @@ static vec_dd read_components(const tangent_set *t, const deviation_address *at,
     return (vec_dd){read_number(t, high), read_number(t, high + at->stride),
                     read_number(t, high + 2 * at->stride)};
 }
-static void set_constants(const tangent_set *t, kr_tangent *g)
+static void set_motion_constants(const tangent_set *t, kr_tangent *g)
 {
     const kr_motion *motion = t->motion;
     const double rate = taylor_of(motion)->rate;
@@ -156,7 +156,8 @@ static void set_constants(const tangent_set *t, kr_tangent *g)
 }
 /* Sets the derivatives, in the units of the series, of the constants in the equations of motion
  * with respect to the parameter of the tangent. */
-static void set_derivatives(const tangent_set *t, const deviation_address *at, const kr_seed *seed)
+static void set_parameter_derivatives(const tangent_set *t, const deviation_address *at,
+                                      const kr_seed *seed)
 {
     const double rate = taylor_of(t->motion)->rate, square = rate * rate;
     kr_tangent *g = at->from;
@@ -203,13 +204,13 @@ static void start_tangents(const kr_motion *motion, double *memory, size_t n, co
     memset(memory, 0, count_doubles(motion->digits, n) * sizeof(double));
     p->has_tangents = 1.0;
     ((tangent_work *)memory)->moving = needs_support_terms(motion, n, seeds);
-    const tangent_set t = find_tangents(motion, memory, n);
+    const tangent_set t = make_tangent_set(motion, memory, n);
     t.work->from = t.work->to = s->end;
-    for (size_t i = 0; i < t.structs; i++) set_constants(&t, t.first + i * t.words);
+    for (size_t i = 0; i < t.structs; i++) set_motion_constants(&t, t.first + i * t.words);
     for (size_t i = 0; i < n; i++) {
-        const deviation_address to = find_address(&t, i);
+        const deviation_address to = find_tangent_address(&t, i);
         const kr_deviation *start = &seeds[i].at_start;
-        set_derivatives(&t, &to, &seeds[i]);
+        set_parameter_derivatives(&t, &to, &seeds[i]);
         store_components(&t, &to, to.from->end, 0, start->turn);
         store_components(&t, &to, to.from->end, 3,
                          vdd_scale_exactly(1.0 / p->rate, qdd_turn(to_body, start->push)));
@@ -223,7 +224,7 @@ static void start_tangents(const kr_motion *motion, double *memory, size_t n, co
     }
 }
 
-static double sum_squares(const deviation_address *at, double *numbers)
+static double sum_component_squares(const deviation_address *at, double *numbers)
 {
     double sum = 0.0;
     for (size_t k = 0; k < 6; k++) {
@@ -244,9 +245,9 @@ static double evaluate_substep_end(const tangent_set *t)
         t->kernel->sum(g, t->order, to, g->substep_end);
     }
     for (size_t i = 0; i < t->n; i++) {
-        const deviation_address at = find_address(t, i);
-        const double size = sum_squares(&at, at.from->substep_end),
-                     last = power * power * sum_squares(&at, at.from->x[t->order]);
+        const deviation_address at = find_tangent_address(t, i);
+        const double size = sum_component_squares(&at, at.from->substep_end),
+                     last = power * power * sum_component_squares(&at, at.from->x[t->order]);
         if (!isfinite(size)) return INFINITY;
         if (last > worst * worst * size) worst = sqrt(last / size);
     }
@@ -345,7 +346,7 @@ static double propagate_over_substeps(const tangent_set *t)
 static kr_status advance_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = taylor_of(motion)->series;
-    const tangent_set t = find_tangents(motion, memory, n);
+    const tangent_set t = make_tangent_set(motion, memory, n);
     const size_t all = t.structs * t.words;
     kr_tangent *first = t.first;
     for (size_t i = 0; i < all; i++) memcpy(first[i].begin, first[i].end, sizeof first->end);
@@ -364,7 +365,7 @@ static kr_status advance_tangents(const kr_motion *motion, double *memory, size_
 
 /* Makes the Taylor series in memory those of the substep that contains `time`. Substeps are rarely
  * recomputed, because the requested times usually increase from call to call. */
-static void find_substep(const tangent_set *t, double time)
+static void expand_substep_at(const tangent_set *t, double time)
 {
     const tangent_work *c = t->work;
     const double forward = c->to < c->from ? -1.0 : 1.0;
@@ -388,17 +389,17 @@ static void evaluate_tangents(const kr_motion *motion, kr_quat attitude, double 
 {
     const quat_dd q = q_dd(attitude, motion->low.q);
     const kr_series *s = taylor_of(motion)->series;
-    const tangent_set t = find_tangents(motion, memory, n);
+    const tangent_set t = make_tangent_set(motion, memory, n);
     const int is_end = s->at == t.work->to && (t.words == 1 || s[1].at == t.work->to_low);
     if (!is_end) {
-        find_substep(&t, s->at);
+        expand_substep_at(&t, s->at);
         for (size_t i = 0; i < t.structs; i++) {
             kr_tangent *g = t.first + i * t.words;
             t.kernel->sum(g, t.order, &s->at, g->at);
         }
     }
     for (size_t i = 0; i < n; i++) {
-        const deviation_address from = find_address(&t, i);
+        const deviation_address from = find_tangent_address(&t, i);
         double *numbers = is_end ? from.from->end : from.from->at;
         out[i].turn = read_components(&t, &from, numbers, 0);
         out[i].push = rotate_push_to_space(&t, q, read_components(&t, &from, numbers, 3));
@@ -406,7 +407,7 @@ static void evaluate_tangents(const kr_motion *motion, kr_quat attitude, double 
 }
 static double get_truncation_error(const kr_motion *motion, double *memory)
 {
-    return find_tangents(motion, memory, 1).first->truncation;
+    return make_tangent_set(motion, memory, 1).first->truncation;
 }
 
 const kr_tangent_ops kr_taylor_tangents = {kr_tangents_start, count_doubles,

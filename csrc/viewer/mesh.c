@@ -9,7 +9,7 @@
 
 /* Writes to `box` the homogeneous cuboid of the given mass that has the same inertia as the body,
  * and the same product of mass and centre of mass. Returns its volume, or 0 if there is none. */
-static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
+static double fit_cuboid_of_mass(const kr_body *body, double mass, kr_box *box)
 {
     const kr_vec3 c = v_scale(body->mass / mass, body->com), i = body->inertia;
     const double square = v_dot(c, c), xy = mass * c.x * c.y, yz = mass * c.y * c.z,
@@ -43,26 +43,26 @@ static void fit_cuboid_of_any_mass(const kr_body *body, kr_box *box)
     double low = 0.0, high = 1.0 / body->mass;
     for (int i = 0; i < 90; i++) {
         const double third = (high - low) / 3.0;
-        if (fit_cuboid(body, 1.0 / (low + third), box) >=
-            fit_cuboid(body, 1.0 / (high - third), box))
+        if (fit_cuboid_of_mass(body, 1.0 / (low + third), box) >=
+            fit_cuboid_of_mass(body, 1.0 / (high - third), box))
             high -= third;
         else
             low += third;
     }
     double lightest = 1.001 * low, densest = 0.0;
-    if (fit_cuboid(body, 1.0 / lightest, box) == 0.0 || box->density >= 1.0)
+    if (fit_cuboid_of_mass(body, 1.0 / lightest, box) == 0.0 || box->density >= 1.0)
         densest = lightest = low;
     while (lightest - densest > 1e-15 * lightest) {
         const double middle = 0.5 * (densest + lightest);
-        fit_cuboid(body, 1.0 / middle, box);
+        fit_cuboid_of_mass(body, 1.0 / middle, box);
         *(box->density < 1.0 ? &lightest : &densest) = middle;
     }
-    fit_cuboid(body, 1.0 / lightest, box);
+    fit_cuboid_of_mass(body, 1.0 / lightest, box);
 }
 kr_box kr_mesh_box(const kr_body *body)
 {
     kr_box box = {{1.0, 1.0, 1.0}, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}, 1.0};
-    if (fit_cuboid(body, body->mass, &box) == 0.0) fit_cuboid_of_any_mass(body, &box);
+    if (fit_cuboid_of_mass(body, body->mass, &box) == 0.0) fit_cuboid_of_any_mass(body, &box);
     return box;
 }
 
@@ -70,7 +70,7 @@ kr_box kr_mesh_box(const kr_body *body)
  * constant in the inertial frame, and the top is free of damping and friction, this frame is the
  * inertial frame, and the result is 0. Otherwise it is the frame of the support, in which damping
  * and friction take energy. If `weight` is 0, the weight has no torque. */
-static kr_vec3 find_frame_velocity(const kr_scene *scene, double weight)
+static kr_vec3 find_frame_without_energy_gain(const kr_scene *scene, double weight)
 {
     const kr_vec3 turning = scene->turning;
     const int is_damped = v_largest(scene->damping) > 0.0 || scene->friction > 0.0,
@@ -81,10 +81,10 @@ static kr_vec3 find_frame_velocity(const kr_scene *scene, double weight)
  * scene->turning, given an upper bound `energy` on the kinetic energy there. In the inertial frame,
  * the spin of a Lagrange top never increases; the rest of its energy is that of a rotation about a
  * transverse axis. */
-static double bound_velocity(const kr_scene *scene, double energy)
+static double bound_angular_velocity(const kr_scene *scene, double energy)
 {
     const kr_vec3 i = scene->body.inertia, a = v_unit(scene->body.com);
-    if (kr_scene_turns(scene) || kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE)
+    if (kr_support_turns(scene) || kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE)
         return sqrt(2.0 * energy / fmin(i.x, fmin(i.y, i.z)));
     const double axial = v_dot(v_times(a, a), i), transverse = 0.5 * (i.x + i.y + i.z - axial),
                  spin = v_dot(kr_state_velocity(scene, &scene->start),
@@ -102,13 +102,14 @@ void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity)
                  largest = v_largest(b->inertia),
                  smallest = fmin(b->inertia.x, fmin(b->inertia.y, b->inertia.z));
     kr_scene seen = *scene;
-    seen.turning = find_frame_velocity(scene, weight);
+    seen.turning = find_frame_without_energy_gain(scene, weight);
     const double turning = v_length(seen.turning),
                  centrifugal = turning * (0.5 * turning * (largest - smallest) + 2.0 * rotor),
                  energy = kr_state_kinetic(&seen, &scene->start) + 2.0 * weight + centrifugal;
     *momentum = rotor + sqrt(2.0 * energy * largest) + largest * turning;
     *momentum = fmax(v_length(scene->start.m), *momentum);
-    *velocity = bound_velocity(&seen, energy) + v_length(v_sub(scene->turning, seen.turning));
+    *velocity =
+        bound_angular_velocity(&seen, energy) + v_length(v_sub(scene->turning, seen.turning));
     *velocity = fmax(v_length(kr_state_velocity(scene, &scene->start)), *velocity);
     if (!(*momentum > 0.0)) *momentum = 1.0;
     if (!(*velocity > 0.0)) *velocity = 1.0;
@@ -154,8 +155,8 @@ int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3]
 /* Writes the semi-axes of the rod's cross section, in the user's body frame. They lie along the two
  * principal axes farthest from the apex. The one along one axis is proportional to the moment of
  * inertia of the body about the other axis, raised to `power`; the longer one is `radius`. */
-static void find_cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
-                               kr_vec3 semi_axis[2])
+static void find_rod_cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
+                                   kr_vec3 semi_axis[2])
 {
     const double moment[3] = {body->inertia.x, body->inertia.y, body->inertia.z};
     const kr_vec3 a = q_turn_back(body->axes, apex);
@@ -175,7 +176,7 @@ int kr_mesh_rod(const kr_body *body, const kr_trail *trail, double scale, double
                   oldest = trail->steps - trail->size;
     kr_vec3 side[2], at = v3(0.0, 0.0, 0.0);
     int n = 0;
-    find_cross_section(body, apex, radius, power, side);
+    find_rod_cross_section(body, apex, radius, power, side);
     for (int64_t k = trail->steps; k >= 0 && k > oldest && n < KR_MESH_RINGS; k -= stride, n++) {
         const kr_quat q = trail->attitude[k % trail->size];
         for (int s = 0; s < KR_MESH_SIDES; s++) {

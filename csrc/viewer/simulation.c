@@ -9,7 +9,10 @@
 /* Largest permitted step size in ticks, chosen so that its square fits in 64 bits. */
 enum { LARGEST = INT32_MAX };
 
-static double convert_ticks(int64_t ticks) { return (double)ticks / (double)KR_SIMULATION_TICKS; }
+static double convert_ticks_to_time(int64_t ticks)
+{
+    return (double)ticks / (double)KR_SIMULATION_TICKS;
+}
 
 /* Returns the least common multiple of a and b, by Euclid's algorithm, or 0 if it is too large. */
 static int64_t least_common_multiple(int64_t a, int64_t b)
@@ -48,7 +51,7 @@ static void measure_top(const kr_simulation *simulation, int i, int all, double 
         measure[KR_SIMULATION_ERROR] = kr_attitude_error(a->now.q, b->now.q);
     if (a->has_modified_energy)
         measure[KR_SIMULATION_MODIFIED] =
-            kr_state_modified_energy(&a->scene, &a->now, convert_ticks(a->step), 1);
+            kr_state_modified_energy(&a->scene, &a->now, convert_ticks_to_time(a->step), 1);
 }
 void kr_simulation_measure(const kr_simulation *simulation, int i,
                            double measure[KR_SIMULATION_MEASURES])
@@ -57,7 +60,7 @@ void kr_simulation_measure(const kr_simulation *simulation, int i,
 }
 /* Sets the quantities to be measured: those whose initial values are not NaN. (An integral of the
  * motion is NaN if it exists only for another kind of body.) */
-static void choose_quantities(kr_simulation_slot *a)
+static void set_defined_quantities(kr_simulation_slot *a)
 {
     for (int k = 0; k < KR_SIMULATION_ERROR; k++) {
         double value;
@@ -75,7 +78,7 @@ static void widen_extremes(kr_record_row *row, int i, const double low[], const 
         if (high[k] > row->high[i][k] || isnan(row->high[i][k])) row->high[i][k] = high[k];
     }
 }
-static void begin_row(kr_simulation *simulation)
+static void clear_incomplete_row(kr_simulation *simulation)
 {
     kr_record_row *row = &simulation->record[simulation->rows];
     for (int i = 0; i < simulation->count; i++)
@@ -114,9 +117,9 @@ static void record_measures(kr_simulation *simulation)
         widen_extremes(row, i, row->at[i], row->at[i]);
     }
     if (simulation->clock % simulation->stride) return;
-    row->time = convert_ticks(simulation->clock);
+    row->time = convert_ticks_to_time(simulation->clock);
     simulation->rows++;
-    begin_row(simulation);
+    clear_incomplete_row(simulation);
 }
 
 void kr_simulation_clear(kr_simulation *simulation)
@@ -126,7 +129,7 @@ void kr_simulation_clear(kr_simulation *simulation)
     simulation->clock = simulation->common = simulation->rows = 0;
 }
 /* Stores the current attitude and momentum of a top for its trails. */
-static void store_state(kr_simulation_slot *a)
+static void store_trail_state(kr_simulation_slot *a)
 {
     a->attitudes[a->steps % KR_SIMULATION_TRACE] = a->now.q;
     a->momenta[a->steps % KR_SIMULATION_TRACE] = a->now.m;
@@ -134,8 +137,8 @@ static void store_state(kr_simulation_slot *a)
 /* Initializes the slot after the last top, without adding the top. `step` is in ticks; `against` is
  * the index of the top's reference, or KR_SIMULATION_NO_REFERENCE or KR_SIMULATION_REFERENCE.
  * Returns KR_OK or an error. */
-static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, int64_t step,
-                             int against)
+static kr_status prepare_top_in_slot(kr_simulation *simulation, const kr_scene *scene, int64_t step,
+                                     int against)
 {
     const kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
@@ -156,8 +159,8 @@ static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, i
     a->lowest = -INFINITY;
     a->is_down = 0;
     a->stood = NAN;
-    store_state(a);
-    choose_quantities(a);
+    store_trail_state(a);
+    set_defined_quantities(a);
     return KR_OK;
 }
 static void add_prepared_top(kr_simulation *simulation)
@@ -170,7 +173,7 @@ static void add_prepared_top(kr_simulation *simulation)
     simulation->stride = simulation->common;
     simulation->count++;
     simulation->rows = 0;
-    begin_row(simulation);
+    clear_incomplete_row(simulation);
     record_measures(simulation);
 }
 /* Reduces the step budget by the steps since the last call. Returns nonzero if it is exhausted. */
@@ -184,14 +187,14 @@ kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
                             const kr_method *method, int64_t step, double tol, int against)
 {
     kr_config config = {.tol = tol, .poll = poll_budget, .context = simulation};
-    kr_status status = prepare_top(simulation, scene, step, against);
+    kr_status status = prepare_top_in_slot(simulation, scene, step, against);
     if (status != KR_OK) return status;
     if (!method) return KR_ERR_NO_METHOD;
     const unsigned flags = kr_method_describe(method).flags;
     kr_simulation_slot *a = &simulation->slots[simulation->count];
     a->restarts = (flags & (KR_METHOD_ADAPTIVE | KR_METHOD_DENSE)) == KR_METHOD_ADAPTIVE;
     a->has_modified_energy = method == kr_method_find("bobenko_suris");
-    if (!(flags & KR_METHOD_ADAPTIVE)) config.step = convert_ticks(step);
+    if (!(flags & KR_METHOD_ADAPTIVE)) config.step = convert_ticks_to_time(step);
     status = kr_top_create(scene, method, config, &a->top);
     if (status == KR_OK) add_prepared_top(simulation);
     return status;
@@ -199,7 +202,7 @@ kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
 kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *scene,
                                   const kr_state track[], int64_t length, int64_t step, int against)
 {
-    const kr_status status = prepare_top(simulation, scene, step, against);
+    const kr_status status = prepare_top_in_slot(simulation, scene, step, against);
     if (status != KR_OK) return status;
     if (!track || length < 1) return KR_ERR_ARGUMENT;
     simulation->slots[simulation->count].track = track;
@@ -213,14 +216,14 @@ void kr_simulation_set_floor(kr_simulation *simulation, double lowest)
 }
 
 /* If the apex is below the floor, restores the previous state `before` and stops the top there. */
-static void check_floor(kr_simulation_slot *a, const kr_state *before)
+static void stop_below_floor(kr_simulation_slot *a, const kr_state *before)
 {
     const double high = kr_state_apex(&a->scene, before).z,
                  low = kr_state_apex(&a->scene, &a->now).z;
     if (!(low < a->lowest)) return;
     a->is_down = 1;
-    a->stood = convert_ticks(a->steps * a->step) +
-               convert_ticks(a->step) * (high - a->lowest) / (high - low);
+    a->stood = convert_ticks_to_time(a->steps * a->step) +
+               convert_ticks_to_time(a->step) * (high - a->lowest) / (high - low);
     a->now = *before;
 }
 /* Advances a top by one step. Returns 0 if the step budget was exhausted before its end, else 1. */
@@ -233,16 +236,16 @@ static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
         a->status = k < a->length ? KR_OK : KR_ERR_LIMIT;
         if (a->status == KR_OK) a->now = a->track[k];
     } else {
-        const kr_status status = kr_top_advance(a->top, (double)k * convert_ticks(a->step));
+        const kr_status status = kr_top_advance(a->top, (double)k * convert_ticks_to_time(a->step));
         if (status == KR_ERR_INTERRUPTED) return 0;
         a->status = status;
         a->now = kr_top_state(a->top);
         if (a->status == KR_OK && a->restarts) a->status = kr_top_reset(a->top, &a->now);
     }
-    if (a->status == KR_OK) check_floor(a, &before);
+    if (a->status == KR_OK) stop_below_floor(a, &before);
     if (a->status == KR_OK && !a->is_down) {
         a->steps = k;
-        store_state(a);
+        store_trail_state(a);
     }
     return 1;
 }

@@ -47,8 +47,8 @@ static void test_quaternions(void)
                       t = q_turn(q_tilt(a), v3(0, 0, 1));
         NEAR(off(w, u), 0.0, 1e-14);
         NEAR(off(q_turn_back(q, q_turn(q, v)), v), 0.0, 1e-14);
-        NEAR(off(q_axis(q), q_turn(q, v3(0, 0, 1))), 0.0, 1e-15);
-        NEAR(off(q_vertical(q), q_turn_back(q, v3(0, 0, 1))), 0.0, 1e-15);
+        NEAR(off(q_turn_e3(q), q_turn(q, v3(0, 0, 1))), 0.0, 1e-15);
+        NEAR(off(q_turn_e3_back(q), q_turn_back(q, v3(0, 0, 1))), 0.0, 1e-15);
         NEAR(off(t, a), 0.0, 1e-15);
         NEAR(off(q_turn(q_exp(r), r), r), 0.0, 1e-14);
         NEAR(v_dot(q_turn(q_exp(v_cross(v, r)), v), v) / v_dot(v, v), cos(v_length(v_cross(v, r))),

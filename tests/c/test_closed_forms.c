@@ -422,7 +422,7 @@ static void checkpoints_go_on(const form_case *c)
  * matter. */
 static double off_in_body(const kr_scene *s, kr_state one, kr_state other)
 {
-    return off(q_vertical(one.q), q_vertical(other.q)) +
+    return off(q_turn_e3_back(one.q), q_turn_e3_back(other.q)) +
            off(q_turn_back(one.q, one.m), q_turn_back(other.q, other.m)) / scale_of(s);
 }
 /* Both angles grow at the frequencies of the plan, and whole turns of them change nothing. */

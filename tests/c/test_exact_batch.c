@@ -31,7 +31,7 @@ static kr_quat leaning(double angle)
 /* Sets a start for one of several types of motion of a top with moment 1 and a lever up to 1. */
 static void choose_course(kr_scene *s, int number)
 {
-    const kr_vec3 axis = q_axis(s->start.q);
+    const kr_vec3 axis = q_turn_e3(s->start.q);
     switch (number % 10) {
     case 0: /* cusps: the axis starts at rest */
         s->start.m = v_scale(uniform(-3, 3), axis);
@@ -46,7 +46,7 @@ static void choose_course(kr_scene *s, int number)
         break;
     case 3: /* near a pole, and near a separatrix */
         s->start.q = leaning((number % 20 == 3 ? 1.0 : -1.0) * of_any_size(-90, 0));
-        s->start.m = v_scale(uniform(-4, 4), q_axis(s->start.q));
+        s->start.m = v_scale(uniform(-4, 4), q_turn_e3(s->start.q));
         break;
     case 4: /* fast */
         s->start.m = random_vec(of_any_size(1, 8));

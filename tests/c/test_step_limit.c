@@ -14,7 +14,8 @@ static kr_scene fast_scene(void)
                            .axes = {1, 0, 0, 0}},
                   .gravity = 1.0,
                   .start = {0.0, q_exp(v3(tilt, 0.0, 0.0)), {0.0, 0.0, 0.0}}};
-    s.start.m = v_axpy(spin, q_axis(s.start.q), random_vec(spin * pow(10.0, uniform(-6.0, 0.0))));
+    s.start.m =
+        v_axpy(spin, q_turn_e3(s.start.q), random_vec(spin * pow(10.0, uniform(-6.0, 0.0))));
     return s;
 }
 static void test_turns(const kr_method *method, double tol, double most)

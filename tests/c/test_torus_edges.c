@@ -188,7 +188,7 @@ static void test_separatrix_of_chaplygin_tops(void)
     for (int i = 0; i < 50; i++) {
         const double size = 0.5 * (low + high);
         const kr_scene s = chaplygin_top_of(v3(0.4, -0.3, 0.7), v_scale(size, v3(0.6, 1.0, 0.8)));
-        const kr_vec3 L = q_turn_back(s.start.q, s.start.m), g = q_vertical(s.start.q);
+        const kr_vec3 L = q_turn_back(s.start.q, s.start.m), g = q_turn_e3_back(s.start.q);
         const double across = L.x * L.x + L.y * L.y, H = 0.5 * (across + 4.0 * L.z * L.z) + g.x,
                      G = fabs(L.z * across - L.x * g.z);
         int refusal;
