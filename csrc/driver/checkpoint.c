@@ -174,14 +174,6 @@ static int match_events(kr_top *top, int64_t steps, const unsigned char *from, i
     }
     return 1;
 }
-/* Computes the work array of the main motion from the initial state of `scene`. Returns 1, or 0 if
- * the method rejects this state; the work array is then unchanged. */
-static int recompute_work(kr_top *top, const kr_scene *scene)
-{
-    kr_motion motion = top->main;
-    motion.scene = scene;
-    return top->method->reset(&motion, &scene->start) == KR_OK;
-}
 kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
 {
     const unsigned char *from = memory;
@@ -198,7 +190,11 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
         return KR_ERR_CHECKPOINT;
     if (!is_valid_saved_top(top, &image, work)) return KR_ERR_CHECKPOINT;
     if (!match_events(top, image.steps, from + find_event_offset(top), 0)) return KR_ERR_CHECKPOINT;
-    if (top->method->extra_doubles && !recompute_work(top, &image.scene)) return KR_ERR_CHECKPOINT;
+    /* Work arrays of variable size are not saved. A method that rejects a state changes none. */
+    kr_motion motion = top->main;
+    motion.scene = &image.scene;
+    if (top->method->extra_doubles && top->method->reset(&motion, &image.scene.start) != KR_OK)
+        return KR_ERR_CHECKPOINT;
     image.method = top->method;
     image.config = top->config;
     image.inspect_at = image.steps; /* so that a changed max_steps takes effect */

@@ -28,12 +28,6 @@ double kr_top_horizon_of(const kr_top *top, const kr_scene *scene)
 {
     return limit_horizon_to_grid(top, kr_scene_horizon(scene));
 }
-/* Returns the error code for a requested time t that is too large. */
-static kr_status find_horizon_error(const kr_top *top, double t)
-{
-    if (!isfinite(t)) return KR_ERR_ARGUMENT;
-    return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
-}
 /* Returns the internal axes, and the inertia, com, damping and rotor along them. Methods with
  * KR_METHOD_DIGITS use the unpermuted principal axes, which preserves digits of small tilts. */
 static kr_working find_working_axes(const kr_top *top)
@@ -165,7 +159,9 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
 {
     const int adaptive = is_adaptive(top);
     kr_status status;
-    if (!(fabs(t) < top->horizon)) return find_horizon_error(top, t);
+    if (!isfinite(t)) return KR_ERR_ARGUMENT;
+    if (!(fabs(t) < top->horizon))
+        return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
     /* Usually, t is the next point of the time grid, and no further checks are needed. */
     if (!adaptive && t == grid_time(top, top->steps + 1)) {
         status = kr_steps_to_grid(top, top->steps + 1, state);

@@ -8,7 +8,7 @@
  * the vertical, the angular velocity and the heading at `end`. */
 INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
 {
-    const lane_point r = evaluate_lane_series(l, end, headless);
+    const lane_point r = evaluate_lane_series(l, l->order, end, headless);
     wide_store(l->end, end);
     lane_vec_store(l->end_p, r.p);
     lane_vec_store(l->end_w, r.w);
@@ -69,7 +69,7 @@ unsigned KR_NAME(kr_lanes_advance)(kr_lanes *l, int steps)
 void KR_NAME(kr_lanes_sample)(kr_lanes *l)
 {
     const int headless = l->terms & KR_LANES_HEADLESS;
-    const lane_point r = evaluate_lane_series(l, wide_load(l->at), headless);
+    const lane_point r = evaluate_lane_series(l, l->order, wide_load(l->at), headless);
     const lane_quat q = lane_attitude(l, &r, headless);
     const lane_vec M = lane_vec_fma(lane_vec_load(l->moment), r.w, lane_vec_load(l->rotor));
     const lane_quat momentum = {wide_splat(0.0), M};

@@ -292,7 +292,7 @@ typedef struct {
     wide turn;
 } lane_point;
 /* Evaluates the Taylor polynomials of degree `order` at the time `at` (l->t: start of the step). */
-INLINE lane_point evaluate_lane_terms(kr_lanes *l, int order, wide at, int headless)
+INLINE lane_point evaluate_lane_series(kr_lanes *l, int order, wide at, int headless)
 {
     const wide h = at - wide_load(l->t);
     int n = order;
@@ -304,10 +304,6 @@ INLINE lane_point evaluate_lane_terms(kr_lanes *l, int order, wide at, int headl
         if (!headless) r.turn = wide_fma(h, r.turn, wide_load(l->turn[n]));
     }
     return r;
-}
-INLINE lane_point evaluate_lane_series(kr_lanes *l, wide at, int headless)
-{
-    return evaluate_lane_terms(l, l->order, at, headless);
 }
 
 /* Returns an unnormalized quaternion of the smallest rotation that takes unit vector p to d. */

@@ -220,7 +220,7 @@ INLINE growth_integrals add_substep_growth(kr_lanes *l, kr_lane_tangents *g, wid
     for (int i = 0; i < 4; i++) {
         const wide span = places[i] * h, time = t + span;
         const int order = g->terms[i];
-        const lane_point here = evaluate_lane_terms(l, order, time, 1);
+        const lane_point here = evaluate_lane_series(l, order, time, 1);
         const wide square = norm2_without_trivial(g, &here, evaluate_tangent(g, order, span));
         a.last = find_tangent_log_norm(g, wide_approx_log(square));
         a = add_integral_node(l, a, weights[i] * h, time);
@@ -273,7 +273,7 @@ APART void begin_path_substep(kr_lanes *l, kr_lane_tangents *g, const double *at
 {
     kr_lanes *substep = &g->substep;
     const wide time = wide_load(at);
-    const lane_point here = evaluate_lane_series(l, time, 1);
+    const lane_point here = evaluate_lane_series(l, l->order, time, 1);
     substep->order = l->order;
     memcpy(substep->k, l->k, sizeof l->k);
     memcpy(substep->up, l->up, sizeof l->up);
@@ -311,7 +311,7 @@ INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide
         d = arrived ? all : evaluate_tangent(g, l->order, h);
         lane_point here = *at;
         if (!arrived) {
-            const lane_point there = evaluate_lane_series(path, wide_load(time), 1);
+            const lane_point there = evaluate_lane_series(path, path->order, wide_load(time), 1);
             here.p = lane_vec_choose(whole_way, at->p, there.p);
             here.w = lane_vec_choose(whole_way, at->w, there.w);
         }
@@ -359,7 +359,7 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     const wide at = wide_load(l->at), tiny = wide_splat(0x1p-1000);
     const wide t = wide_max(wide_load(l->forward) * at, tiny);
-    const lane_point here = evaluate_lane_series(l, at, 1);
+    const lane_point here = evaluate_lane_series(l, l->order, at, 1);
     growth_integrals areas = load_growth_integrals(g);
     wide reached;
     const lane_deviation d =

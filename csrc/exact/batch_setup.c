@@ -34,20 +34,8 @@ typedef struct body_data {
 
 /* For each top, a queue stores these quantities in consecutive rows of `in`, from the given row:
  * for example, three moments of inertia from row INERTIA, and two quaternions from row AXES. */
-enum {
-    INERTIA,
-    ATTITUDE = 3,
-    MOMENTUM = 7,
-    AXES = 10,
-    MASS = 18,
-    GRAVITY,
-    REACH,
-    SCALE,
-    MOMENT,
-    TIME,
-    BEGIN,
-    NUMBERS
-};
+enum { INERTIA = 0, ATTITUDE = 3, MOMENTUM = 7, AXES = 10 };
+enum { MASS = 18, GRAVITY, REACH, SCALE, MOMENT, TIME, BEGIN, NUMBERS };
 /* A queue collects tops until their closed-form solutions can be computed together. */
 typedef struct batch_queue {
     int count, turned[2]; /* number of tops; 1 if any rotation at AXES, AXES + 4 is needed */

@@ -201,7 +201,8 @@ static int exact_applies(const kr_body *body, kr_kind kind)
 static int exact_suits(const kr_scene *scene)
 {
     const kr_exact_isa *form = kr_closed_form_of(kr_scene_kind(scene));
-    return form && kr_exact_widest_isa(form)->scalar->suits(scene);
+    const kr_exact_scalar *scalar = form ? kr_exact_widest_isa(form)->scalar : NULL;
+    return scalar && (!scalar->suits || scalar->suits(scene));
 }
 static kr_status exact_step(kr_motion *motion, double until)
 {

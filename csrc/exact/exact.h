@@ -43,7 +43,7 @@ typedef struct kr_exact_scalar {
     size_t plan_size, memory_size; /* bytes of a plan, and of `memory` in its set-up */
     /* Returns the size of the used part of a plan in bytes. A copy of this part is a plan, too. */
     size_t (*used_size)(const void *plan);
-    /* Returns 1 if the closed form applies to the initial state of a valid scene of its kind. */
+    /* Returns 1 if the closed form applies to a valid scene of its kind. NULL: it always does. */
     int (*suits)(const kr_scene *scene);
     /* Writes the plan to the beginning of `memory`, and to `info` all but `kind` and `used`, in
      * internal axes and units (method.h) if `own` is nonzero. For `bound`, see kr_exact_plan. */

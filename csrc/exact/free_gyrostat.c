@@ -442,17 +442,12 @@ static kr_state gyrostat_state_at_angles(const void *memory, double first, doubl
     const dd whole = two_product(turns, plan->least), half = dd_of(0.5 * fraction_of_turns(second));
     return gyrostat_state_at_phases(plan, plan->torus.begin, dd_of(turns), dd_add(whole, half));
 }
-static size_t find_used_plan_size(const void *memory)
+static size_t used_size(const void *memory)
 {
     const kr_gyrostat_plan *plan = memory;
     return offsetof(kr_gyrostat_plan, coefficient) +
            (size_t)plan->terms * sizeof *plan->coefficient;
 }
-static int suits_any_scene(const kr_scene *scene) { return (void)scene, 1; }
-const kr_exact_scalar KR_NAME(kr_gyrostat_scalar) = {sizeof(kr_gyrostat_plan),
-                                                     sizeof(gyrostat_memory),
-                                                     find_used_plan_size,
-                                                     suits_any_scene,
-                                                     plan_scene,
-                                                     gyrostat_state,
-                                                     gyrostat_state_at_angles};
+const kr_exact_scalar KR_NAME(kr_gyrostat_scalar) = {
+    sizeof(kr_gyrostat_plan), sizeof(gyrostat_memory), used_size, NULL, plan_scene,
+    gyrostat_state,           gyrostat_state_at_angles};

@@ -1011,7 +1011,6 @@ static size_t used_size(const void *memory)
     return offsetof(kr_kowalewski_plan, harmonic) + (size_t)plan->terms * sizeof *plan->harmonic +
            4 * (size_t)(plan->nodes * plan->nodes);
 }
-static int suits_any_scene(const kr_scene *scene) { return (void)scene, 1; }
 const kr_exact_scalar KR_NAME(kr_kowalewski_scalar) = {
-    sizeof(kr_kowalewski_plan), sizeof(kowalewski_work),   used_size, suits_any_scene, plan_scene,
+    sizeof(kr_kowalewski_plan), sizeof(kowalewski_work),   used_size, NULL, plan_scene,
     kowalewski_state,           kowalewski_state_at_angles};

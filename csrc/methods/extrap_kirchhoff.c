@@ -8,10 +8,6 @@
  * compared. The method extrap_kirchhoff does not conserve the integrals of motion. */
 #include "extrapolation.h"
 
-static kr_vec3 body_velocity(const kr_motion *motion, const double y[GBS_SIZE])
-{
-    return motion_body_velocity(motion, v_of(y));
-}
 static kr_vec3 rotate_to_space(const double y[GBS_SIZE], kr_vec3 v)
 {
     return v3(v_dot(v_of(y + 3), v), v_dot(v_of(y + 6), v), v_dot(v_of(y + 9), v));
@@ -26,7 +22,8 @@ static void kirchhoff_begin(const kr_motion *motion, const kr_state *s, double y
 }
 static void kirchhoff_rates(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE])
 {
-    const kr_vec3 W = body_velocity(motion, y), lever = find_effective_lever(motion, v_of(y + 9));
+    const kr_vec3 W = motion_body_velocity(motion, v_of(y)),
+                  lever = find_effective_lever(motion, v_of(y + 9));
     v_put(rate, v_add(v_cross(v_of(y), W), v_cross(v_of(y + 9), lever)));
     const kr_vec3 S = motion_support_velocity(motion),
                   U = v_sub(W, v_axpy(S.x, v_of(y + 3),
@@ -36,7 +33,7 @@ static void kirchhoff_rates(kr_motion *motion, const double y[GBS_SIZE], double 
 }
 static kr_vec3 kirchhoff_space_velocity(const kr_motion *motion, const double y[GBS_SIZE])
 {
-    return rotate_to_space(y, body_velocity(motion, y));
+    return rotate_to_space(y, motion_body_velocity(motion, v_of(y)));
 }
 static kr_vec3 kirchhoff_space_momentum(const kr_motion *motion, const double y[GBS_SIZE])
 {

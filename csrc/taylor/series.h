@@ -165,12 +165,13 @@ INLINE duo next_attitude_coefficient(const series_sums *a, duo share)
     return duo_fma(duo_scale(sign_k, share), duo_permute_k(a->k), ij);
 }
 
-INLINE quad next_vertical_coefficient(const series_sums *a, int n)
+/* Returns the n-th coefficient of a vector b with b' = b x U, such as P or O, given the two sums
+ * b x U of order n - 1, of which the second is subtracted. */
+INLINE quad find_cross_coefficient(duo products, int n)
 {
-    return quad_fma(quad_reciprocal(-n), duo_first(a->p),
-                    quad_mul(quad_reciprocal(n), duo_second(a->p)));
+    return quad_fma(quad_reciprocal(-n), duo_first(products),
+                    quad_mul(quad_reciprocal(n), duo_second(products)));
 }
-
 INLINE quad next_velocity_coefficient(const series_sums *a, const kr_series *s, quad p, quad share)
 {
     const quad up = quad_mul(quad_mul(share, quad_load(s->up)), quad_yzx(p));
@@ -185,12 +186,6 @@ INLINE void set_vertical(kr_series *s, turned_term *turned, int n, quad p)
     turned[n].fixed = duo_zxy_yzx(p);
 }
 
-/* Returns the n-th coefficient of O, given the sum series_sums.support of order n - 1. */
-INLINE quad next_support_velocity(duo products, int n)
-{
-    return quad_fma(quad_reciprocal(-n), duo_first(products),
-                    quad_mul(quad_reciprocal(n), duo_second(products)));
-}
 /* Returns the dot product of lanes 1 to 3 of a and b in all lanes. Overwrites scratch->end_w. */
 INLINE quad dot_lanes(kr_series *scratch, quad a, quad b)
 {
@@ -273,7 +268,7 @@ INLINE void expand_effective_gravity(const kr_series *s, kr_series *own, int ord
 INLINE void set_next_velocities(kr_series *s, kr_series *own, turned_term *turned, int n,
                                 quad vertical, const series_sums *a, int terms)
 {
-    const quad o = terms & TURNS ? next_support_velocity(a->support, n + 1) : quad_splat(0.0);
+    const quad o = terms & TURNS ? find_cross_coefficient(a->support, n + 1) : quad_splat(0.0);
     quad w = next_top_velocity(a, s, own, n, terms & SHAKES ? duo_second(a->pulled) : vertical);
     if (terms & GRADIENT)
         w = quad_fma(quad_mul(quad_reciprocal(n + 1), quad_load(s->steep)),
@@ -289,7 +284,7 @@ INLINE void set_next_coefficients(kr_series *s, kr_series *own, turned_term *tur
     const series_sums a = cauchy_products(s, own, turned, n, terms);
     const quad p = terms & HEADLESS ? quad_load(s->x[n] + 4) : duo_second(duo_load(s->x[n]));
     if (terms & HEADLESS)
-        set_vertical(s, turned, n + 1, next_vertical_coefficient(&a, n + 1));
+        set_vertical(s, turned, n + 1, find_cross_coefficient(a.p, n + 1));
     else
         duo_store(s->x[n + 1], next_attitude_coefficient(&a, duo_reciprocal(n + 1)));
     if (terms & SUPPORT) {
@@ -378,7 +373,7 @@ INLINE void set_known_relative_velocities(kr_series *s, kr_series *own, turned_t
             for (int j = 0; j <= n; j++)
                 support = duo_fma(turned[j].u, turned[n - j].fixed, support);
         set_velocities(s, own, turned, n + 1, quad_load(s->w[n + 1]),
-                       next_support_velocity(support, n + 1), terms & TURNS, 1);
+                       find_cross_coefficient(support, n + 1), terms & TURNS, 1);
     }
 }
 /* Computes the Taylor coefficients of orders `from` + 1 to `order`, given those of orders 0 to
