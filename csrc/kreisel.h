@@ -311,9 +311,8 @@ KR_API kr_vec3 kr_shape_inertia(kr_shape shape, kr_vec3 size, double mass, doubl
  * that of kr_body. Returns KR_ERR_BODY if the ratio of moments is below KR_TENSOR_MIN_RATIO. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      double rounded, kr_body *body);
-/* Adds the inertia of a point mass to a tensor stored by rows. By Steiner's theorem, this changes a
- * tensor about the centre of mass into the tensor about the fixed point, if `mass` is the mass of
- * the body and `position` its centre of mass. */
+/* Adds the inertia of a point mass to a tensor stored by rows. The mass and com of a body change
+ * the tensor about com to the tensor about the fixed point (Steiner's theorem). */
 KR_API void kr_inertia_add_point(double inertia[9], double mass, kr_vec3 position);
 /* Sets kr_body.rotor from a momentum in the frame of description [M L^2 T^-1]. */
 KR_API void kr_body_set_rotor(kr_body *body, kr_vec3 rotor);

@@ -239,9 +239,9 @@ typedef kr_refusal make_torus_plan(void *memory, torus_start *start, torus_units
                                    double *certificate);
 static kr_quat make_rotation_about_axis_3(double cosine, double sine)
 {
-    const double c = cosine, s = sine, half = sqrt(0.5 * (1.0 + fabs(c))), other = 0.5 * s / half;
-    return c >= 0.0 ? q4(half, v3(0.0, 0.0, other))
-                    : q4(fabs(other), v3(0.0, 0.0, s < 0.0 ? -half : half));
+    const double half = sqrt(0.5 * (1.0 + fabs(cosine))), other = 0.5 * sine / half;
+    return cosine >= 0.0 ? q4(half, v3(0.0, 0.0, other))
+                         : q4(fabs(other), v3(0.0, 0.0, sine < 0.0 ? -half : half));
 }
 /* Writes the components of the space vector v along the internal axes, after these axes are turned
  * about axis 3 by the angle with this cosine and sine. `attitude` is that of the internal axes. */

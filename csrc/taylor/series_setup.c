@@ -44,14 +44,9 @@ const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
     return isa;
 }
 
-/* Sets s->shift[lane] to h / (A k), or to -0 if h is 0. A is a moment of inertia, h or -h is a
- * component of the rotor's angular momentum, and k is a component of s->k. */
-static void set_rotor_term(kr_series s[2], int lane, dd h, dd A, dd k)
-{
-    set_words(&s->shift[lane], h.hi == 0.0 ? dd_make(-0.0, -0.0) : dd_div(dd_div(h, A), k));
-}
-/* Sets the rotor terms s->shift for the unit of time 1 / rate. The rotor terms are divided by s->k.
- * If two moments of inertia are equal, KR_LEAST_FACTOR replaces the component 0 of s->k. */
+/* Sets the rotor terms s->shift for the unit of time 1 / rate: h / (A k), with a moment of inertia
+ * A, a component h or -h of the rotor's momentum, and a component k of s->k; -0 if h is 0. If two
+ * moments of inertia are equal, KR_LEAST_FACTOR replaces the component 0 of s->k. */
 static void set_rotor_terms(kr_series s[2], const kr_motion *motion, double rate)
 {
     const vec_dd moments = motion->body->inertia,
@@ -59,13 +54,14 @@ static void set_rotor_terms(kr_series s[2], const kr_motion *motion, double rate
     const dd A[3] = {moments.x, moments.y, moments.z}, h[3] = {rotor.x, rotor.y, rotor.z};
     for (int lane = 0; lane < 8; lane++) s[0].shift[lane] = s[1].shift[lane] = -0.0;
     for (int i = 0; i < 3; i++) {
-        const dd ahead = dd_neg(h[(i + 2) % 3]), behind = h[(i + 1) % 3];
+        const dd own[2] = {dd_neg(h[(i + 2) % 3]), h[(i + 1) % 3]};
         dd k = dd_make(s[0].k[i + 1], s[1].k[i + 1]);
-        if (ahead.hi == 0.0 && behind.hi == 0.0) continue;
+        if (own[0].hi == 0.0 && own[1].hi == 0.0) continue;
         if (!(fabs(k.hi) >= KR_LEAST_FACTOR)) k = dd_of(KR_LEAST_FACTOR);
         set_words(&s->k[i + 1], k);
-        set_rotor_term(s, i + 1, ahead, A[i], k);
-        set_rotor_term(s, i + 5, behind, A[i], k);
+        for (int j = 0; j < 2; j++)
+            if (own[j].hi != 0.0)
+                set_words(&s->shift[i + 1 + 4 * j], dd_div(dd_div(own[j], A[i]), k));
     }
 }
 /* Sets the members `gradient` and `steep`, given s->k. */

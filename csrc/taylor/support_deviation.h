@@ -37,23 +37,18 @@ typedef struct REAL(moving_deviation) {
         push_loss[TERMS], tilted[TERMS], apex;
 } REAL(moving_deviation);
 
-static real_vec REAL(zero)(void)
-{
-    const kr_vec3 none = {0.0, 0.0, 0.0};
-    return r_vdd(vdd_of(none));
-}
 static real REAL(sum_components)(real_vec a) { return r_add(r_add(a.x, a.y), a.z); }
 static real REAL(inverse_of_next)(int n) { return r_div(r_of(1.0, 0.0), r_of(n + 1, 0.0)); }
 static real_vec REAL(product_term)(const real a[], const real_vec b[], int n)
 {
-    real_vec sum = REAL(zero)();
+    real_vec sum = r_vdd(vdd_of(v3(0.0, 0.0, 0.0)));
     for (int m = 0; m <= n; m++) sum = VEC(add)(sum, VEC(scale)(a[m], b[n - m]));
     return sum;
 }
 /* Returns the n-th coefficient of a x b. The processor can compute the six sums in parallel. */
 static real_vec REAL(cross)(const real_vec a[], const real_vec b[], int n)
 {
-    real_vec up = REAL(zero)(), down = up;
+    real_vec up = r_vdd(vdd_of(v3(0.0, 0.0, 0.0))), down = up;
     for (int m = 0; m <= n; m++) {
         const real_vec u = a[m], v = b[n - m];
         up.x = r_add(up.x, r_mul(u.y, v.z));
