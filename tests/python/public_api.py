@@ -44,10 +44,7 @@ SELVES = {  # factories of an instance for each class with methods
     kr.ExactTorus: [
         always(kr.exact(scene)) for scene in (kr.scenes.kowalewski, kr.scenes.goryachev_chaplygin)
     ],
-    kr.Chaos: [
-        always(kr.chaos(TOP, 2.0)),
-        always(kr.chaos(argument_values.ENSEMBLES[0], [1.0])),
-    ],
+    kr.Chaos: [always(kr.chaos(TOP, 2.0)), always(kr.chaos(argument_values.ENSEMBLES[0], [1.0]))],
     kr.Method: [always(method) for method in kr.methods.values()],
     types.Nutation: [always(types.Nutation(0.1, 0.2, 3.0, 4.0))],
     kr.Path: [always(path) for path in [*PATHS, *argument_values.MANY]],

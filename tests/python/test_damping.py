@@ -106,6 +106,13 @@ def test_a_free_body_comes_to_rest_and_stays(damping):
     assert np.abs(angles - 3 / damping * (1 - decay)).max() < 1e-16
 
 
+def test_a_free_body_with_unequal_damping_comes_to_rest_in_few_steps():
+    body = kr.Body(1, (1.6, 0.25, 1.8), (0, 0, 0))
+    top = kr.Scene(body, velocity=(4, -20, -4), damping=(1e9, 100, 70), gravity=1)
+    path, truth = (kr.solve(top, [0.1, 400.0], digits=n, max_steps=400) for n in (None, 30))
+    assert kr.attitude_error(path.q, truth.q).max() < 1e-14
+
+
 @pytest.mark.parametrize("velocity", [(0.5, 0.2, 3), (0.5, 0.2, 0), (0, 0, 3), (0, 0, 1e-100)])
 @pytest.mark.parametrize("damping", [1e3, 1e5, 1e9])
 def test_a_symmetric_top_reaches_the_slow_motion_with_any_spin(damping, velocity):

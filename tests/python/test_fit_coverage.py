@@ -6,14 +6,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 import scipy  # imports scipy.stats when it is used
-from fits import (
-    HEAVY,
-    SYMMETRIC,
-    change_parameters,
-    find_difference,
-    read_parameters,
-    simulate,
-)
+from fits import HEAVY, SYMMETRIC, change_parameters, find_difference, read_parameters, simulate
 
 FITS = 10  # of each kind
 T = np.linspace(0.0, 2.0, 40)

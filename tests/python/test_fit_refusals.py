@@ -117,11 +117,7 @@ ROWS = [
     ),
     *list_rows(kr.Record.from_pandas, FRAME, "frame", ([1, 2], TypeError, "DataFrame")),
     *list_rows(
-        kr.Record.from_pandas,
-        FRAME,
-        "t",
-        ("time", ValueError, "time"),
-        (None, TypeError, "name"),
+        kr.Record.from_pandas, FRAME, "t", ("time", ValueError, "time"), (None, TypeError, "name")
     ),
     *list_rows(
         kr.fit,

@@ -72,6 +72,14 @@ def test_states_agree_with_30_digits(family):
     assert count > 4
 
 
+def test_the_certificate_bounds_the_error_near_a_separatrix():
+    rng = np.random.default_rng(5)
+    top = kr.exact([draw(rng, "small rotor") for _ in range(231)][-1])
+    t = 2 * np.pi / top.frequencies[0] * np.linspace(0.01, 0.99, 25)
+    error = kr.attitude_error(top(t).q, kr.solve(top.scene, t, digits=20).q).max()
+    assert 8e-15 < error < 2.0 * top.certificate
+
+
 @pytest.mark.parametrize("distance", [0.0, 1e-14, 1e-10, 1e-7, 1e-4, 1e-2])
 def test_rotations_beside_a_steady_one_are_computed(distance):
     scene = beside(steady_momentum(2.0), distance)
