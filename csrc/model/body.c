@@ -33,7 +33,7 @@ int kr_body_is_physical(const kr_body *b)
                          0.5 * (i.x + i.y - i.z) + slack);
     const double needed =
         b->mass * c.x * (c.x / s.x) + b->mass * c.y * (c.y / s.y) + b->mass * c.z * (c.z / s.z);
-    return !(needed > 1.0);
+    return are_moments_physical(i, b->rounded) && !(needed > 1.0);
 }
 static kr_status check_and_copy(const kr_body *b, kr_body *out)
 {
