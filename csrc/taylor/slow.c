@@ -112,16 +112,16 @@ static void bound_damped_velocities(const kr_taylor *p, const slow_directions *s
             bound[i] += slow->is_slow[i] ? fabs(slow->gain[i][k]) * alone : 0.0;
     }
 }
-/* Returns the velocity by which the relative tolerance is multiplied: the smallest non-negligible
- * bound[i] on a strongly damped u_i (bound_damped_velocities), or the largest angular velocity if
- * all are 0. On a rotating support or while friction holds the top, the result is at least
- * ROUNDED times the other velocities from which u_i is computed with rounding errors. */
-static double find_error_scale(const kr_taylor *p, const slow_directions *slow)
+/* Writes `bound` (bound_damped_velocities), and returns the velocity by which the relative tolerance
+ * is multiplied: the smallest non-negligible bound[i] on a strongly damped u_i, or the largest
+ * angular velocity if all are 0. On a rotating support or while friction holds the top, the result
+ * is at least ROUNDED times the other velocities from which u_i is computed with rounding errors. */
+static double find_error_scale(const kr_taylor *p, const slow_directions *slow, double bound[3])
 {
     const kr_series *s = p->series;
     const kr_vec3 known =
         slow->is_held ? find_weakly_damped_velocity(s, slow) : get_support_velocity(s, slow);
-    double bound[3], least = 1.0, largest = 0.0;
+    double least = 1.0, largest = 0.0;
     bound_damped_velocities(p, slow, bound);
     for (int i = 0; i < slow->count; i++) {
         largest = fmax(largest, bound[i]);
@@ -132,14 +132,14 @@ static double find_error_scale(const kr_taylor *p, const slow_directions *slow)
     least = fmax(fmin(fmax(least, NEGLIGIBLE * most), most), ROUNDED * rounded);
     return fmax(least, TINY_VELOCITY);
 }
-/* Returns the velocity to which distances from the slow manifold of the directions `slow` are
- * relative. After a step with the larger set `strong` has failed, the tolerance of a step is that
- * of `strong`, so that a distance relative to its error scale may be an error of earlier steps. */
-static double find_distance_scale(const kr_taylor *p, const slow_directions *slow,
+/* Returns the velocity to which distances from the slow manifold are relative, given the error
+ * scale of its directions. After a step with the larger set `strong` has failed, the tolerance of a
+ * step is relative to the error scale of `strong`, and a distance may be an error of such steps. */
+static double find_distance_scale(const kr_taylor *p, double error_scale,
                                   const slow_directions *strong)
 {
-    const double own = find_error_scale(p, slow);
-    return strong ? fmax(own, find_error_scale(p, strong)) : own;
+    double bound[3];
+    return strong ? fmax(error_scale, find_error_scale(p, strong, bound)) : error_scale;
 }
 
 #include "math/real.h"
@@ -195,7 +195,8 @@ static double log2_step_size(const kr_series *s, int n, double log2_tol)
 }
 static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions *slow)
 {
-    return p->log2_tol + log2(find_error_scale(p, slow));
+    double bound[3];
+    return p->log2_tol + log2(find_error_scale(p, slow, bound));
 }
 
 /* Ends the step where the last Taylor terms are 2^log2_tol, and evaluates the series there. With
@@ -221,9 +222,9 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
 }
 /* Returns 1 if an expansion on the slow manifold is worth trying: the distance |u_i'| / d_i of each
  * strongly damped u_i from it is at most the largest of bound[i] / 4 (bound_damped_velocities),
- * `small` and, after the transient (`is_settled`), |u_i| / 4. */
-static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow, double small,
-                                int is_settled)
+ * `near` times find_distance_scale and, after the transient (`is_settled`), |u_i| / 4. */
+static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
+                                const slow_directions *strong, double near, int is_settled)
 {
     const kr_series *s = p->series;
     const kr_vec3 O = get_support_velocity(s, slow), W = v_of(s->end_w + 1),
@@ -233,8 +234,8 @@ static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
     const double rounding = slow->turns || slow->is_held ? ROUNDING * v_largest(W) : 0.0,
                  share = is_settled ? 0.25 : 0.0;
     double change[3] = {0.0, 0.0, 0.0}, bound[3];
-    bound_damped_velocities(p, slow, bound);
-    const double noise = fmax(fmax(small, rounding), TINY_VELOCITY);
+    const double scale = find_distance_scale(p, find_error_scale(p, slow, bound), strong),
+                 noise = fmax(fmax(near * scale, rounding), TINY_VELOCITY);
     for (int k = 0; k < slow->count; k++) {
         if (!slow->is_slow[k]) continue;
         const double off = v_dot(high_words(slow->dual[k]), rate) * p->rate / slow->drag[k].hi;
@@ -277,9 +278,7 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
     double wait = 0.0;
     int exponent;
     if (!strong && clock < p->try_slow) return 0;
-    if (off < UNRESOLVED &&
-        !may_be_near_manifold(p, slow, near * find_distance_scale(p, slow, strong), off >= 1.0))
-        return 0;
+    if (off < UNRESOLVED && !may_be_near_manifold(p, slow, strong, near, off >= 1.0)) return 0;
     frexp(slow->rate, &exponent);
     if (slow->rate > 0.0) kr_taylor_set_rate(p, motion, ldexp(1.0, exponent), slow->supports);
     const double friction = slow->is_held ? kr_support_friction(motion, p->rate) : 0.0;

@@ -276,7 +276,7 @@ static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
 /* Expands the motion on the slow manifold about the end of the last step, and writes the
  * coefficients to p->series. The iteration ends when no coefficient of order at most `order` / 2
  * changes by more than `noise` times the largest bound on a strongly damped u_i. `near` is the
- * permitted relative distance (is_on_manifold), relative to find_distance_scale(p, slow, strong).
+ * permitted relative distance (is_on_manifold), relative to find_distance_scale.
  * `friction` is the largest friction torque, if friction holds the top. Returns 0 if the iteration
  * does not converge, or if the motion is not on the manifold. `wait` is then an estimate of the
  * time to reach it, in the units of the series. */
@@ -284,9 +284,8 @@ static int REAL(expand_on_manifold)(kr_taylor *p, const slow_directions *slow,
                                     const slow_directions *strong, int order, double near,
                                     double noise, double friction, double *wait)
 {
-    const double scale = find_distance_scale(p, slow, strong);
-    double bound[3], moved = INFINITY, size = find_error_scale(p, slow);
-    bound_damped_velocities(p, slow, bound);
+    double bound[3], moved = INFINITY, size = find_error_scale(p, slow, bound);
+    const double scale = find_distance_scale(p, size, strong);
     REAL(terms) s;
     REAL(begin_expansion)(&s, slow, p->series, p->rate);
     for (int i = 0; i < slow->count; i++)
