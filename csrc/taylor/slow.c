@@ -112,10 +112,10 @@ static void bound_damped_velocities(const kr_taylor *p, const slow_directions *s
             bound[i] += slow->is_slow[i] ? fabs(slow->gain[i][k]) * alone : 0.0;
     }
 }
-/* Writes `bound` (bound_damped_velocities), and returns the velocity by which the relative tolerance
+/* Writes `bound` (bound_damped_velocities). Returns the velocity by which the relative tolerance
  * is multiplied: the smallest non-negligible bound[i] on a strongly damped u_i, or the largest
  * angular velocity if all are 0. On a rotating support or while friction holds the top, the result
- * is at least ROUNDED times the other velocities from which u_i is computed with rounding errors. */
+ * is at least ROUNDED times the other velocities whose rounding errors enter u_i. */
 static double find_error_scale(const kr_taylor *p, const slow_directions *slow, double bound[3])
 {
     const kr_series *s = p->series;
