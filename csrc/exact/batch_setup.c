@@ -101,7 +101,7 @@ static double larger(double a, double b) { return a > b ? a : b; }
 
 /* Returns 1 if the polynomial
  *     (du/dt)^2 = (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0,
- * is at most 0 at its point of inflection. Then its largest root u is farthest from the other two.
+ * is at most 0 at its point of inflection: the root with the largest g u is farthest from the others.
  * a is the symmetry axis, u = a.e3 its height, u0 the initial height, W the initial momentum over
  * the equatorial moment, and g = 2 lever / (equatorial moment). Tops with equal results share a
  * queue, so that most vectors compute only one branch of find_turning_heights (lagrange.h). A wrong

@@ -96,7 +96,7 @@ INLINE void copy_selected_lanes(void *to, const void *from, size_t bytes, mask s
 
 /* In internal units (method.h), the largest of momentum, rotor momentum and |lever| (exact_top) is
  * about one. A |lever| below LEAST_LEVER counts as zero: its effect is negligible until a phase has
- * grown by 2^50 turns. Smaller momenta than LEAST_MOMENTUM count as zero: their squares underflow. */
+ * grown by 2^50 turns. Momenta below LEAST_MOMENTUM count as zero: their squares underflow. */
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
 

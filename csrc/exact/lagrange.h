@@ -18,7 +18,7 @@ enum theta { THETA1, THETA2, THETA3, THETA4 };
  * The iteration starts from a = 1, g = kp, p = p_0 and Q = Q_0 = 1. A step replaces
  *     a by (a + g)/2,   g by sqrt(a g),   p by (p^2 + a g) / (2 p),   Q by Q e/2,
  * where e = (p^2 - a g) / (p^2 + a g), and squares the relative differences between a, g and p. The
- * first step that begins with differences below 1e-8 is followed by one in double precision. */
+ * first step that begins with differences below 1e-8 is followed by a last one in doubles. */
 static inline dd find_agm_and_sums(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
