@@ -101,12 +101,12 @@ static double larger(double a, double b) { return a > b ? a : b; }
 
 /* Returns 1 if the polynomial
  *     (du/dt)^2 = (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0,
- * is at most 0 at its point of inflection: the root with the largest g u is farthest from the others.
- * a is the symmetry axis, u = a.e3 its height, u0 the initial height, W the initial momentum over
- * the equatorial moment, and g = 2 lever / (equatorial moment). Tops with equal results share a
- * queue, so that most vectors compute only one branch of find_turning_heights (lagrange.h). A wrong
- * result, by rounding errors, costs only time. `q` is the initial attitude; `lever` is in internal
- * units; `m` is in the user's unit of inertia divided by the internal unit of time. */
+ * is at most 0 at its point of inflection. Then the root with the largest g u is farther from the
+ * other two than these are from each other. a is the symmetry axis, u = a.e3 its height, u0 the
+ * initial height, W the initial momentum over the equatorial moment I1, and g = 2 lever / I1. Tops
+ * with equal results share a queue, so that most vectors compute one branch of find_turning_heights
+ * (lagrange.h). A wrong result, by rounding errors, costs only time. `q` is the initial attitude;
+ * `lever` is in internal units; `m` is the initial momentum times the internal unit of time. */
 static int is_largest_root_isolated(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
