@@ -30,8 +30,8 @@ INLINE void apply_frame_to_block(const kr_exact_form *e, batch *b, int n)
         b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
     }
 }
-/* Returns 1 if the n states `out` should be written with stores that bypass the cache. For large
- * arrays, these stores are faster, because ordinary stores first read each cache line. */
+/* Returns 1 if the n states `out` should be written with stores that bypass the cache. Such stores
+ * are faster for large arrays, because ordinary stores first read each cache line. */
 static int bypasses_cache(size_t n, const kr_state out[])
 {
 #if defined __SSE2__
@@ -76,9 +76,8 @@ static void compute_block(const kr_exact_form *exact, batch *b, int count)
         compute_block_of_kind(&e, 1, 1, b, n);
     if (e.framed != 0.0) apply_frame_to_block(&e, b, n);
 }
-/* Returns 1 if all n times are finite, less than `longest` (kernel.h) away from the initial time,
- * and the phases change by less than 2^49 turns until then. The loop is vectorized: it has no
- * branches. */
+/* Returns 1 if all n times are finite and closer to the initial time than `longest` (kernel.h), and
+ * if no phase changes by 2^49 turns or more between the initial time and one of these times. */
 static int are_times_computable(const kr_exact_form *e, const double t[], int n)
 {
     const double most =

@@ -1,9 +1,9 @@
 /* Closed forms (kr_exact_form, exact.h) of many Lagrange tops at once, with one top in each lane of
  * SIMD vectors (the type `wide`). Tops wait in a queue; a group consists of LANES consecutive tops
- * of a queue. Free bodies and tops with a constantly vertical axis are computed one by one.
- * Internal axes and units are defined in method.h, the frame of description in kreisel.h; e3 points
- * up. Results are bitwise equal to those of one top alone. This file is compiled once for each
- * instruction set. */
+ * of a queue. Other bodies, and tops whose axis stays vertical, are computed one by one. Internal
+ * axes and units: method.h. Frame of description: kreisel.h. The lever is mass * gravity * com with
+ * com along the third internal axis; e3 points up. The results for a top are bitwise equal to those
+ * of kr_exact_run_top. This file is compiled once for each instruction set. */
 #define KR_EXACT_LANES
 #include "lagrange.h"
 #include "math/exponent.h"
@@ -21,7 +21,7 @@ typedef struct body_data {
     kr_working working;
     kr_vec3 apex;       /* the apex in the frame of description, up to its sign */
     double per_inertia; /* 1 / I1 */
-    double mass, reach; /* mass and com along T, divided by powers of two */
+    double mass, reach; /* mass and com, divided by powers of two */
     int power;          /* sum of the exponents of these powers */
     int turned;         /* 1 if `axes` (internal axes -> frame of description) is not 1 */
     kr_quat axes;
@@ -32,8 +32,10 @@ typedef struct body_data {
     kr_swing swing;
 } body_data;
 
-/* For each top, a queue stores these quantities in consecutive rows of `in`, from the given row:
- * for example, three moments of inertia from row INERTIA, and two quaternions from row AXES. */
+/* batch_queue.in has a column for each top. INERTIA, ATTITUDE, MOMENTUM and AXES are the first of
+ * 3, 4, 3 and 8 rows; AXES holds kr_body.axes and kr_working.axes. Every other name is one row. The
+ * lever in internal units is MASS * GRAVITY * REACH * SCALE. MOMENT and TIME are the internal units
+ * of inertia and time, BEGIN is the initial time. NUMBERS is the number of rows. */
 enum { INERTIA = 0, ATTITUDE = 3, MOMENTUM = 7, AXES = 10 };
 enum { MASS = 18, GRAVITY, REACH, SCALE, MOMENT, TIME, BEGIN, NUMBERS };
 /* A queue collects tops until their closed-form solutions can be computed together. */
@@ -45,8 +47,8 @@ typedef struct batch_queue {
     double in[NUMBERS][MANY];
 } batch_queue;
 
-/* Sets known->fits to 1 if vector lanes can process the body: a Lagrange top without rotors whose
- * internal axes are not tilted (kr_working). Sets all members that depend only on such a body. */
+/* Sets known->fits to 1 if vector lanes can process the body: a Lagrange top without rotors, with
+ * kr_working.tilted = 0 (body.h). Then also sets the other members that depend only on the body. */
 static void set_body_data(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};
@@ -68,9 +70,9 @@ static void set_body_data(const kr_body *body, body_data *known)
     known->turned = !is_identity(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes to `out` the linear map (set_left_right_map) from attitudes of a closed form, which refer
- * to internal axes, to attitudes of the frame of description. If `exchanged` is nonzero, this map
- * also undoes exchange_up_and_down. If the map is the identity, returns 0 and writes nothing. */
+/* Writes the linear map (apply_quaternion_map) from attitudes of a closed form to attitudes of the
+ * frame of description, and returns 1. If this map is the identity, writes nothing and returns 0.
+ * If `exchanged` is nonzero, the map also undoes exchange_up_and_down (kernel.h). */
 static int find_map_to_user_axes(body_data *known, int exchanged, kr_quat out[4])
 {
     kr_quat *frame = known->frame[exchanged];
@@ -97,15 +99,14 @@ static void set_gravity_data(const kr_scene *scene, body_data *known)
 }
 static double larger(double a, double b) { return a > b ? a : b; }
 
-/* Predicts whether the largest of the three roots of
- *     (du/dt)^2 = (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0
- * is farther from the middle root than the smallest root is. Here a is the symmetry axis, u = a.e3
- * its height, u0 the initial height, W the angular momentum divided by the equatorial moment I1,
- * and g = 2 lever / I1. The prediction is 1 if the polynomial is at most 0 at its point of
- * inflection. Tops with the same prediction are processed together, so that most SIMD vectors
- * compute only one branch (find_turning_heights). A wrong prediction costs time but does not change
- * the results. `q` is the initial attitude. The unit of `m` is the user's unit of inertia divided
- * by the internal unit of time. `lever` = mass * gravity * com is in internal units. */
+/* Returns 1 if the polynomial
+ *     (du/dt)^2 = (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0,
+ * is at most 0 at its point of inflection. Then the root with the largest g u is farther from the
+ * other two than these are from each other. a is the symmetry axis, u = a.e3 its height, u0 the
+ * initial height, W the initial momentum over the equatorial moment I1, and g = 2 lever / I1. Tops
+ * with equal results share a queue, so that most vectors compute one branch of find_turning_heights
+ * (lagrange.h). A wrong result, by rounding errors, costs only time. `q` is the initial attitude;
+ * `lever` is in internal units; `m` is the initial momentum times the internal unit of time. */
 static int is_largest_root_isolated(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
@@ -116,7 +117,7 @@ static int is_largest_root_isolated(const body_data *known, kr_quat q, kr_vec3 m
     return c2 * (9.0 * c1 - 2.0 * c2 * c2) - 27.0 * c0 >= 0.0;
 }
 /* Appends a top to one of two queues, chosen by is_largest_root_isolated. `index` is the index of
- * the top among all tops. Returns 0 if vector lanes cannot process the top. */
+ * the top among all tops. Returns 0 if vector lanes cannot process the top, else 1. */
 static int add_top_to_queue(batch_queue queues[2], const kr_scene *scene, size_t index,
                             body_data *known)
 {
@@ -127,8 +128,8 @@ static int add_top_to_queue(batch_queue queues[2], const kr_scene *scene, size_t
     int unit;
     if (!kr_find_time_unit(&known->swing, most, &unit)) return 0;
     const int power = known->power + known->gravity_power + 2 * unit;
-    /* Scale factors above 2^1000 or below 2^-1000 could cause overflow or underflow. No test for a
-     * large `power` is needed: in internal units, the lever is at most about one. */
+    /* `scale` and `time` must lie between 2^-1000 and 2^1000, to avoid overflow and underflow. For
+     * `scale`, only the lower limit is tested: in internal units, the lever is at most about 1. */
     if (power < -1000 || unit < -1000 || unit > 1000) return 0;
     const double gravity = known->gravity_fraction, scale = power_of_2(power),
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
@@ -188,8 +189,9 @@ INLINE exact_top convert_group_to_internal(group w)
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
-/* Returns a mask of the tops with |lever| above LEAST_LEVER whose tilt or horizontal momentum
- * exceeds 1e-10. Others may lack a closed form (is_initial_tilt_resolved), or are torque-free. */
+/* Returns a mask of the tops with |lever| above LEAST_LEVER (kernel.h) for which half the tilt from
+ * the vertical or the horizontal momentum (in internal units) exceeds 1e-10. The other tops are
+ * computed one by one: some are torque-free, and some have no closed form. */
 INLINE mask has_heavy_moving_axis(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);

@@ -148,12 +148,12 @@ void kr_exact_run(const kr_exact_request *request)
 
 /* The method `exact`: closed forms of Lagrange tops (Klein and Sommerfeld, Theorie des Kreisels),
  * free bodies (Jacobi 1849), Kowalewski tops (Kowalevski 1889, Koetter 1893), Goryachev-Chaplygin
- * tops (Chaplygin 1901, except for the heading) and free gyrostats (Volterra 1899). The method
- * needs no intermediate steps: each step extends to the next requested time, however late. The
- * error does not grow with time, and all integrals of motion are conserved. The default step size
- * is the nutation period or, for motions on a torus, the period of the first torus angle. */
-/* The array motion->work contains the period, the plan (exact.h) of the motion, and memory for the
- * set-up of a new plan. The pointer motion->aux is the kr_exact_isa of the plan. */
+ * tops (Chaplygin 1901, except for the rotation about the vertical) and free gyrostats (Volterra
+ * 1899). Each step extends to the next requested time, however late. The error does not grow with
+ * time, and all integrals of motion are conserved. If no time is requested, the default step size
+ * is kr_exact_info.period or, if this is infinite, the internal unit of time (method.h). */
+/* The array motion->work (kr_motion in method.h) contains the period, the plan (exact.h) of the
+ * motion, and memory for the set-up of a new plan. motion->aux is the kr_exact_isa of the plan. */
 static size_t count_plan_and_memory_doubles(const kr_exact_isa form[])
 {
     const kr_exact_scalar *scalar = kr_exact_widest_isa(form)->scalar;
@@ -175,8 +175,8 @@ size_t kr_exact_extra_doubles(int with_torus)
     return most;
 }
 static void *get_motion_plan(const kr_motion *motion) { return (double *)motion->work + 1; }
-/* Sets up the plan of motion->scene. If this fails, the previous plan remains valid. The error
- * bound of the plan is KR_EXACT_BOUND or, if it is smaller and not 0, motion->tol. */
+/* Sets up the plan of motion->scene. If this fails, the previous plan remains valid. The `bound` of
+ * the plan (kr_exact_plan) is KR_EXACT_BOUND or, if this is smaller and not 0, motion->tol. */
 static kr_status exact_reset(kr_motion *motion, const kr_state *start)
 {
     (void)start; /* not used: the conversion to internal axes has rounded it */

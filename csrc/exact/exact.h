@@ -1,15 +1,15 @@
 /* Types and functions of closed-form solutions. The constants that describe one motion in closed
  * form are called its plan: a kr_exact_form, or a structure that begins with a kr_torus (torus.h).
- * The functions are compiled once for each instruction set, selected by exact.c at run time. All
- * results are bitwise equal, because fused multiply-add is used only to compute exact products. */
+ * The functions are compiled for each instruction set, and exact.c selects a set at run time. All
+ * sets give equal bits, because fused multiply-add is used only to compute exact products. */
 #ifndef KR_EXACT_EXACT_H
 #define KR_EXACT_EXACT_H
 #include <stddef.h>
 #include "kreisel.h"
 #include "math/isa.h"
 
-/* A theta function of x + i y for constant y, as two polynomials in sin^2 x with the coefficients
- * `even` for the real and `odd` for the imaginary part (make_theta_series in lagrange.h). */
+/* A theta function of x + i y for constant y: the coefficients of two polynomials in sin^2 x, which
+ * are factors of its real (even) and imaginary (odd) part (make_theta_series in lagrange.h). */
 enum { KR_THETA_TERMS = 5 };
 typedef struct kr_theta {
     double even[KR_THETA_TERMS], odd[KR_THETA_TERMS];
@@ -26,8 +26,8 @@ typedef struct kr_exact_form {
     double begin;                                    /* initial time [T] */
     double curve;                                    /* the kind of the series (kernel.h) */
     kr_phase nutation, first, second;
-    /* For series in the dual nome: pi K/K', or half of it for torque-free bodies, as a sum of two
-     * doubles, and the factors `slope` of evaluate_theta_series for alpha and beta. */
+    /* For series in the dual nome: pi K/K' or, for torque-free bodies, pi K/2K', as a sum of two
+     * doubles, and the coefficients `slope` of alpha and beta (evaluate_theta_series, kernel.h). */
     double stretch, stretch_rest, slope[2];
     kr_theta alpha, beta, horizontal;
     double momentum, side; /* scale of the horizontal momentum; -1 if up and down are exchanged */
@@ -37,16 +37,17 @@ typedef struct kr_exact_form {
 } kr_exact_form;
 /* Stops the compilation if the condition is false, by an array type of negative size. */
 #define KR_CHECK_LAYOUT(name, condition) typedef char name[(condition) ? 1 : -1]
-/* The functions of one type of closed form: that of Lagrange tops and free bodies (symmetric.c), of
- * Kowalewski tops, of Goryachev-Chaplygin tops, or of free gyrostats. */
+/* The functions for one of the four types of closed forms: of Lagrange tops and free bodies
+ * (symmetric.c), of Kowalewski tops, of Goryachev-Chaplygin tops, or of free gyrostats. */
 typedef struct kr_exact_scalar {
     size_t plan_size, memory_size; /* bytes of a plan, and of `memory` in its set-up */
     /* Returns the size of the used part of a plan in bytes. A copy of this part is a plan, too. */
     size_t (*used_size)(const void *plan);
     /* Returns 1 if the closed form applies to a valid scene of its kind. NULL: it always does. */
     int (*suits)(const kr_scene *scene);
-    /* Writes the plan to the beginning of `memory`, and to `info` all but `kind` and `used`, in
-     * internal axes and units (method.h) if `own` is nonzero. For `bound`, see kr_exact_plan. */
+    /* Writes the plan to the beginning of `memory`, and sets the members of `info` that apply to
+     * this type, except `kind` and `used`. If `own` is nonzero, the plan is in internal axes and
+     * units (method.h), otherwise in the user's. For `bound`, see kr_exact_plan (kreisel.h). */
     kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory,
                       kr_exact_info *info);
     kr_state (*state)(const void *plan, double t);
@@ -61,8 +62,8 @@ typedef struct kr_exact_isa {
     const kr_exact_scalar *scalar;
     kr_exact_evaluate *evaluate; /* NULL: without batches */
 } kr_exact_isa;
-/* The implementations of a type of closed form, one for each instruction set, the widest first. The
- * last one in the build runs on every processor. An empty element marks the end of the array. */
+/* The implementations of a type of closed form, one for each instruction set of the build, the
+ * widest first. The last one runs on every processor. Empty elements follow it. */
 enum { KR_EXACT_ISAS = 4 };
 extern const kr_exact_isa kr_symmetric_form[KR_EXACT_ISAS], kr_kowalewski_form[KR_EXACT_ISAS],
     kr_chaplygin_form[KR_EXACT_ISAS], kr_gyrostat_form[KR_EXACT_ISAS];
@@ -77,9 +78,9 @@ void kr_exact_evaluate_widest(const kr_exact_isa *isa, const void *plan, size_t 
 typedef kr_status kr_exact_limits(const kr_scene *scene, kr_nutation *out);
 /* A batch of n tops, computed with the element `isa` of kr_symmetric_form. For each top, `states`
  * receives `times` consecutive states, `status` the result of kr_exact_plan and, if `plans` is not
- * NULL, `plans` the closed form. Nothing but the status is written for a top without a closed form.
- * If `own_times` is nonzero, the times of top i start at t[i * times]; otherwise all tops share the
- * same times. All results are bitwise equal to those of kr_exact_plan and kr_exact_state. */
+ * NULL, `plans` the closed form. For a top without a closed form, only its status is written. If
+ * `own_times` is nonzero, the times of top i start at t[i * times]; otherwise all tops share the
+ * first `times` elements of t. All results have the bits of kr_exact_plan and kr_exact_state. */
 typedef struct kr_exact_request {
     const kr_exact_isa *isa;
     size_t n;
@@ -110,7 +111,7 @@ kr_exact_evaluate kr_exact_evaluate_base, kr_exact_evaluate_avx2, kr_exact_evalu
     kr_kowalewski_evaluate_base, kr_kowalewski_evaluate_avx2, kr_kowalewski_evaluate_avx512,
     kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2, kr_chaplygin_evaluate_avx512,
     kr_gyrostat_evaluate_base, kr_gyrostat_evaluate_avx2, kr_gyrostat_evaluate_avx512;
-/* Returns the largest number of doubles that the method `exact` needs for a top whose motion does
- * not lie on a torus or, if `with_torus` is 1, for any top. */
+/* Returns the number of doubles that the method `exact` needs in addition to kr_method.work for any
+ * top or, if `with_torus` is 0, for any top with a kr_exact_form. */
 size_t kr_exact_extra_doubles(int with_torus);
 #endif

@@ -1,14 +1,17 @@
-/* The closed form of a Lagrange top or of a free body, and the states computed from the closed
- * form. Let q = (w, x, y, z) be the attitude, m the angular momentum in space (e3 points up),
+/* The closed form of a Lagrange top or of a free body, and the states computed from it. Let
+ * q = (w, x, y, z) be the attitude, m the angular momentum in space (e3 points up),
  * alpha = w + i z and beta = x + i y. K and K' are the complete elliptic integrals of a modulus k
- * and of k' = sqrt(1 - k^2). With theta functions of the nome exp(-pi K'/K), the phase
- * X(t) = X0 + nu t of the nutation, and constants y1, y2, c1, c2, k1, k2, up to constant factors,
+ * (lagrange.h, symmetric.c) and of k' = sqrt(1 - k^2). With theta functions of the nome
+ * exp(-pi K'/K), the phase X(t) = X0 + nu t of the nutation [rad], and constants y1, y2, c1, c2, k1
+ * and k2, up to constant factors,
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
  * (Klein and Sommerfeld, Theorie des Kreisels). The phases of alpha and beta are c1 + k1 t and
- * c2 + k2 t. For torque-free bodies (Jacobi), beta contains theta4 instead of theta2, and m is
- * constant. All quantities that grow with time are double-doubles, so that the errors of states do
- * not grow. The common denominator theta4(X) cancels when q is normalized.
+ * c2 + k2 t. For a torque-free body with three different moments (Jacobi; the flag `euler`), m is
+ * constant, the nome is exp(-2 pi K'/K), and beta contains theta4 instead of theta2. If the nome p
+ * exceeds exp(-pi), Jacobi's transformation replaces it by the smaller dual nome exp(pi^2 / ln p)
+ * (the flag `dual`). All quantities that grow with time are double-doubles, so that the errors of
+ * states do not grow. The common denominator of alpha and beta cancels when q is normalized.
  *
  * This header is compiled for each instruction set, both with and without KR_EXACT_LANES. With
  * KR_EXACT_LANES, each number is a vector with one lane per top (math/simd.h). The result in each
@@ -28,8 +31,7 @@
 #include "math/simd.h"
 #include "math/su2.h"
 
-/* The kinds of theta series: for heavy (LAGRANGE) or torque-free (EULER) tops, in powers of the
- * nome or (_DUAL) of the dual nome exp(-pi K/K'), the smaller of the two near a separatrix. */
+/* The kinds of theta series, as stored in kr_exact_form.curve. EULER: `euler`; _DUAL: `dual`. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 
 /* Vector versions of the types in kreisel.h and exact.h, with one lane per top. */
@@ -92,13 +94,13 @@ INLINE void copy_selected_lanes(void *to, const void *from, size_t bytes, mask s
     }
 }
 
-/* In internal units (scene.h), the larger of the momentum and weight * |com| is about one. A
- * smaller weight * |com| than LEAST_LEVER counts as zero: its effect is negligible up to 2^50
- * turns. Momentum components below LEAST_MOMENTUM count as zero: their squares underflow. */
+/* In internal units (method.h), the largest of momentum, rotor momentum and |lever| (exact_top) is
+ * about one. A |lever| below LEAST_LEVER counts as zero: its effect is negligible until a phase has
+ * grown by 2^50 turns. Momenta below LEAST_MOMENTUM count as zero: their squares underflow. */
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
 
-/* A top and its initial state, in internal axes (the third one is T) and units (method.h). */
+/* A top and its initial state, in internal axes and units (method.h). */
 typedef struct exact_top {
     vec3_lanes inertia;
     dd q[4];  /* the attitude, which need not be of unit length */
@@ -119,7 +121,7 @@ INLINE wide drop_tiny_momentum(wide m)
 
 static inline int is_identity(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
 /* Returns the image of q under the linear map f, given the images f[0] .. f[3] of 1, i, j and k.
- * The members `frame` of closed forms are such maps, to attitudes in the user's axes. */
+ * kr_exact_form.frame is such a map: it converts the q of the closed form to kr_state.q. */
 INLINE kr_quat apply_quaternion_map(const kr_quat f[4], kr_quat q)
 {
     return q4((q.w * f[0].w + q.x * f[1].w) + (q.y * f[2].w + q.z * f[3].w),
@@ -139,8 +141,8 @@ static inline void set_up_down_map(kr_quat frame[4])
 {
     set_left_right_map(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
 }
-/* Appends the conversion q -> q * conj(axes) of attitudes from internal axes to the user's axes to
- * the linear map `frame`, which counts as the identity if `is_set` is 0. */
+/* Replaces the linear map f in `frame` by q -> f(q) * conj(axes) or, if `is_set` is 0, by
+ * q -> q * conj(axes). `axes` rotates from the internal axes to the frame of description. */
 static inline void add_inverse_axes_to_map(kr_quat frame[4], int is_set, kr_quat axes)
 {
     if (!is_set) set_left_right_map(frame, q_one(), q_one());
@@ -153,10 +155,10 @@ INLINE wide nearest(wide x)
     const double shift = 6755399441055744.0;
     return (x + shift) - shift;
 }
-/* Returns the value of a phase, in turns, at the time t after the initial time, minus a whole
- * number of turns. The high word is between 0 and 2. The function two_sum_ordered is exact, because
- * f->start >= 1/2 is at least the other summand. The low word is the rounding error of the high
- * word. Without the low word, the errors of the states would be about twice as large. */
+/* Returns the value of a phase [turns] at the time t after the initial time, minus a whole number
+ * of turns. The high word is between 0 and 2. two_sum_ordered is exact, because its first argument
+ * is at least 1/2 (set_initial_phase), and |second argument| <= 1/2. The result is not a normalized
+ * double-double: if the phase has changed by nearly 2^50 turns, the low word may be 1/4. */
 INLINE dd evaluate_phase(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
@@ -174,7 +176,7 @@ INLINE dd turns_per_radian(void)
 }
 /* Writes the sine s and cosine c of an angle of x turns, |x| < 2^49. The sum u = x + shift is
  * between 2^50 and 2^51, where doubles are multiples of 1/4. The two lowest bits of u are the
- * nearest number of quarter turns, modulo 4. The remainder y is at most an eighth of a turn. */
+ * nearest number of quarter turns, modulo 4. The remainder |y| is at most an eighth of a turn. */
 INLINE void sincos_turns(dd x, wide *s, wide *c)
 {
     const double shift = 1688849860263936.0;
@@ -194,8 +196,8 @@ INLINE void sincos_turns(dd x, wide *s, wide *c)
     *s = wide_of_bits((wide_bits(sine) ^ swap) ^ ((quarter & 2) << 62));
     *c = wide_of_bits((wide_bits(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
-/* The factors of exp(a) = 2^k (cosh r + sinh r) and exp(-a) = 2^-k (cosh r - sinh r), where
- * a = r + k ln 2, for |a| < 708. Then |k| < 1022 and |r| <= (ln 2)/2. */
+/* The factors of exp(a) = 2^k (cosh r + sinh r) and exp(-a) = 2^-k (cosh r - sinh r), |a| < 708,
+ * where k is the integer nearest to a / ln 2, and a = r + k ln 2. Then |k| < 1022. */
 typedef struct exponential {
     wide plus, minus; /* 2^k, 2^-k */
     wide even, odd;   /* cosh r, sinh r */
@@ -240,18 +242,17 @@ INLINE wide evaluate_quartic(const wide a[], wide s, wide ss)
     return (a[0] + s * a[1]) + ss * ((a[2] + s * a[3]) + ss * a[4]);
 }
 
-/* The real and imaginary parts of the theta functions in alpha (a), beta (b) and m_x + i m_y (h),
- * and the phases of alpha (`first`) and beta (`second`), in turns. */
+/* The results of evaluate_theta_series: real and imaginary parts of the theta functions in alpha
+ * (a), beta (b) and m_x + i m_y (h), and the phases [turns] of alpha (first) and beta (second). */
 typedef struct factors {
     wide a_re, a_im, b_re, b_im, h_re, h_im;
     dd first, second;
 } factors;
 
-/* Evaluates the theta series at the time t after the initial time. If `euler` is nonzero, the body
- * is torque-free. If `dual` is nonzero, the series use the dual nome, and hyperbolic functions
- * replace the sine and cosine. Let z be the difference of the phase of the nutation from the
- * nearest half turn, in half turns. Jacobi's transformation to the dual nome adds slope[0] z to the
- * phase of alpha and slope[1] z to that of beta. */
+/* Evaluates the theta series at the time t after the initial time. If `dual` is nonzero, sinh and
+ * cosh replace the sine and cosine, and Jacobi's transformation adds e->slope[0] z turns to the
+ * phase of alpha and e->slope[1] z turns to the phase of beta. In units of half a turn, z is the
+ * phase of the nutation minus the nearest integer. */
 INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = evaluate_phase(&e->nutation, t);
@@ -260,8 +261,8 @@ INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, 
     f.first = evaluate_phase(&e->first, t);
     f.second = evaluate_phase(&e->second, t);
     if (dual) {
-        /* Since |x| < 2^50, the sum u = x + shift is a multiple of 1/2. Its lowest bit is 1 if the
-         * number of half turns nearest to x is odd. The remainder |y| is at most a quarter turn. */
+        /* x is the phase of the nutation in turns. Since |x| < 2^50, u = x + shift is a multiple of
+         * 1/2. Its lowest bit is 1 if the number of half turns nearest to x is odd. |y| <= 1/4. */
         const double shift = 3377699720527872.0;
         const wide u = (x.hi + x.lo) + shift, near = x.hi - (u - shift), y = near + x.lo;
         const wide z = 2.0 * y, rest = 2.0 * ((near - y) + x.lo);
@@ -290,9 +291,8 @@ INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, 
     f.h_im = s * c * evaluate_quartic(e->horizontal.odd, square, quartic);
     return f;
 }
-/* Returns the state at `time`, which is the initial time plus `span`. The attitude is not in the
- * user's axes: the caller must apply the linear map e->frame. For a torque-free body (`euler`), the
- * momentum is constant, and alpha and beta have the same phase. */
+/* Returns the state at `time`, which is the initial time plus `span`. The caller must convert the
+ * attitude by the linear map e->frame. If `euler` is nonzero, alpha and beta have equal phases. */
 INLINE state_lanes evaluate_state(const exact_lanes *e, int dual, int euler, wide time, dd span)
 {
     const factors f = evaluate_theta_series(e, dual, euler, span);
@@ -321,8 +321,8 @@ INLINE state_lanes evaluate_state(const exact_lanes *e, int dual, int euler, wid
 
 /* Bound on times: exact products of larger times may overflow without fused multiply-add. */
 static const double longest = 0x1p990;
-/* Returns 1 if |span| < `longest` and each phase changes by less than 2^50 turns in the time
- * `span`, so that the state at this time after the initial time can be computed. */
+/* Returns 1 if the state at the time `span` after the initial time can be computed: |span| is less
+ * than `longest`, and each phase changes by less than 2^50 turns in this time. */
 INLINE mask is_span_computable(const exact_lanes *e, wide span)
 {
     const wide most = wide_splat(0x1p50);
@@ -332,8 +332,8 @@ INLINE mask is_span_computable(const exact_lanes *e, wide span)
                              wide_less(wide_abs(span * e->second.fast), most)));
 }
 /* Writes the real and imaginary parts of alpha, beta and m_x + i m_y at the time `span` after the
- * initial time. All are multiplied by theta4(X), and m_x + i m_y also by a constant. The map
- * e->frame is not applied. The kind of series (`dual`, `euler`) is the same in all lanes. */
+ * initial time, without their common denominator, the factor e->momentum of m_x + i m_y, and the
+ * linear map e->frame. All lanes have the same kind of theta series (`dual`, `euler`). */
 static inline void evaluate_alpha_beta_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                                wide out[6])
 {
@@ -392,8 +392,7 @@ static inline wide arc_tangent_in_turns(wide u)
                                   zz * -0.00305209614217111548));
     return u * turn.hi + u * (turn.lo + z * (low + zz * zz * high));
 }
-/* Returns the argument of x + i y in turns, as the sum of an exact multiple of an eighth of a turn
- * and an arc tangent of at most a sixteenth of a turn. */
+/* Returns the argument of x + i y in turns. */
 static inline dd argument_in_turns(wide y, wide x)
 {
     const wide ax = wide_abs(x), ay = wide_abs(y), zero = wide_splat(0.0);
@@ -439,8 +438,8 @@ static inline quat_lanes round_to_unit_quaternion(const dd q[4])
                n = 1.0 / wide_sqrt(w * w + (x * x + y * y + z * z));
     return (quat_lanes){n * w, n * x, n * y, n * z};
 }
-/* Writes the axis a = q e3 q* / |q|^2, whose height is u = a.e3, and 1 + u. Returns 1 - u. Both
- * numbers are computed from the quaternion, so that no digits are lost near u = -1 or 1. */
+/* Writes the axis a = q e3 q* / |q|^2 and 1 + u, where u = a.e3 is the height of a. Returns 1 - u.
+ * 1 + u and 1 - u are computed from the quaternion, so that no digits are lost near u = -1 or 1. */
 static inline dd find_axis_and_pole_distances(const dd q[4], dd a[3], dd *one_plus_u)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
@@ -479,9 +478,8 @@ static inline wide sign_of(wide x)
 /* Sets the nutation period and the mean rates of precession and spin, from the rates nu, `first`
  * and `second` [rad per unit of time] of the phases of nutation, alpha and beta. While X grows by
  * 2 pi, the complex values of theta1(X + i y1) and theta2(X + i y2) wind once about zero, in the
- * direction given by the sign of slope[0] or slope[1]. For y1 = 0 or y2 = 0, the theta function
- * passes through zero instead, and its winding number is defined as zero. The values of theta4,
- * which replaces theta2 for torque-free bodies, do not wind about zero. */
+ * directions given by the signs of exact->slope. If y1 or y2 is 0, the function passes through zero
+ * instead, its slope is 0, and it counts as not winding. theta4 (`euler`) does not wind. */
 static inline void set_mean_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
@@ -515,8 +513,9 @@ static inline void restore_up_and_down(exact_lanes *exact)
     exact->constant.z = -exact->constant.z;
     exact->precession_rate = -exact->precession_rate;
 }
-/* Converts a closed form from internal units to the user's units, but not to the user's axes. The
- * initial time `begin` and the internal units of time and momentum are in the user's units. */
+/* Converts a closed form, except for exact->frame, from internal units to the user's units.
+ * `begin`, `time_unit` and `momentum_unit` are the initial time and the internal units of time and
+ * momentum, in the user's units. */
 static inline void convert_form_to_user(exact_lanes *exact, wide begin, wide time_unit,
                                         wide momentum_unit)
 {
@@ -537,8 +536,8 @@ static inline void convert_form_to_user(exact_lanes *exact, wide begin, wide tim
 }
 
 #if !defined KR_EXACT_LANES
-/* Returns the state at the time t, which is the initial time plus `span`, in the user's axes. The
- * constants passed as `dual` and `euler` let the compiler remove the code for other series. */
+/* Returns the state at the time t, which is the initial time plus `span`. The compiler optimizes a
+ * copy of evaluate_state for each kind of series, because `dual` and `euler` are constants. */
 static inline kr_state compute_state_after(const kr_exact_form *e, double t, dd span)
 {
     kr_state r;

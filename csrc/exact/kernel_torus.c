@@ -1,6 +1,6 @@
-/* States of one motion on a torus (torus.h), of a Kowalewski top, a Goryachev-Chaplygin top or a
- * free gyrostat. Each vector lane computes the state at a different time. The results are bitwise
- * equal to those of scalar code. This file is compiled once for each instruction set. */
+/* States of a Kowalewski top, a Goryachev-Chaplygin top or a free gyrostat (torus.h) at many times.
+ * Each vector lane computes the state at a different time. The results are bitwise equal to those
+ * of kr_exact_scalar.state (exact.h). This file is compiled once for each instruction set. */
 #define KR_EXACT_LANES
 #include "goryachev_chaplygin.h"
 #include "kowalewski.h"

@@ -1,27 +1,24 @@
 /* Set-up of the closed form of a Lagrange top (kernel.h). Let a be the symmetry axis, u = a.e3 its
- * height, U u the potential energy, m the angular momentum, I1 the equal moments and W = m / I1.
- * Then
+ * height, u0 the initial height, U u the potential energy, m the angular momentum, I1 the equal
+ * moments and W = m / I1. Then
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3,   g = 2 U / I1.
- * The elliptic functions have the moduli k^2 = (u2 - u1)/(u3 - u1) and k'^2 = (u3 - u2)/(u3 - u1).
- * The roots and the rates nu, k1 and k2 of kernel.h are computed in double-double arithmetic. The
- * moment of inertia about a affects only the spin, by a constant rate that is added separately. */
+ * The elliptic functions have the moduli k and k', k^2 = (u2 - u1)/(u3 - u1) and
+ * k'^2 = (u3 - u2)/(u3 - u1). The roots u1, u2 and u3 and the rates nu, k1 and k2 of kernel.h are
+ * computed in double-double arithmetic. The moment of inertia about a affects only the spin, by a
+ * constant rate that is added separately. */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "kernel.h"
 
-/* Complete elliptic integrals are computed by the arithmetic-geometric mean M = agm(1, k'), those
- * of the third kind (characteristic alpha^2) also by the sum of Q_n (find_agm_and_sums), by DLMF
- * 19.8.6:
- *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n).
- * Incomplete integrals of the first kind are computed from Carlson's R_F by duplication. */
 enum theta { THETA1, THETA2, THETA3, THETA4 };
 
-/* Returns agm(1, kp). For each of the n values p0^2 = 1 - alpha^2 in `start`, writes the sum of the
- * values Q_0, Q_1, ... of Q to `sum`. Initially a = Q = 1, g = kp and p = p0. A step is
- *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
- *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
- * Each step squares the relative differences between a, g and p. The iteration stops one step after
- * the differences fall below 1e-8; double precision suffices for the last step. */
+/* Returns agm(1, kp), which is M = pi / 2K if kp = k'. For each of the n values p_0^2 = 1 - alpha^2
+ * in `start`, writes the sum Q_0 + Q_1 + ... to `sum`, which gives the complete elliptic integral
+ *     Pi(alpha^2, k) = pi / (4 M) (2 + alpha^2 / (1 - alpha^2) (Q_0 + Q_1 + ...))   (DLMF 19.8.6).
+ * The iteration starts from a = 1, g = kp, p = p_0 and Q = Q_0 = 1. A step replaces
+ *     a by (a + g)/2,   g by sqrt(a g),   p by (p^2 + a g) / (2 p),   Q by Q e/2,
+ * where e = (p^2 - a g) / (p^2 + a g), and squares the relative differences between a, g and p. The
+ * first step that begins with differences below 1e-8 is followed by a last one in doubles. */
 static inline dd find_agm_and_sums(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
@@ -67,16 +64,16 @@ static inline wide elliptic_agm(wide a, wide b)
     }
     return 0.5 * (a + b);
 }
-/* Returns T = numerator / agm(1, k), given k2 = k^2. The numerator is agm(1, k') for T = K'/K, or
- * twice as large for series in powers of the square of the nome. If T < 1, the dual series are
- * used: sets the factor of their phase, stretch + stretch_rest (a double-double), to pi / T. */
-static inline wide find_period_ratio_and_stretch(exact_lanes *exact, dd numerator, dd k2)
+/* Returns T = numerator / agm(1, k), given k_square = k^2. For a Lagrange top, the numerator is
+ * agm(1, k'), and T = K'/K. For a torque-free body, both are twice as large. If T < 1, the dual
+ * series will be used: sets exact->stretch + exact->stretch_rest, a double-double, to pi / T. */
+static inline wide find_period_ratio_and_stretch(exact_lanes *exact, dd numerator, dd k_square)
 {
-    const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
+    const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k_square.hi));
     const mask dual = wide_less(T, wide_splat(1.0));
     if (mask_any(dual)) {
-        const dd stretch =
-            dd_div_fast(dd_mul(dd_pi(), find_agm_and_sums(dd_sqrt(k2), 0, NULL, NULL)), numerator);
+        const dd stretch = dd_div_fast(
+            dd_mul(dd_pi(), find_agm_and_sums(dd_sqrt(k_square), 0, NULL, NULL)), numerator);
         exact->stretch = wide_choose(dual, stretch.hi, exact->stretch);
         exact->stretch_rest = wide_choose(dual, stretch.lo, exact->stretch_rest);
     }
@@ -166,8 +163,8 @@ static inline void add_table_row(wide sum[], wide weight, int j, const double ro
 {
     for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];
 }
-/* Writes sinh y and cosh y with full relative precision, even for small y. For exp y = 2^k exp r,
- *     sinh y = cosh r sinh(k ln 2) + sinh r cosh(k ln 2),   cosh y likewise. */
+/* Writes sinh y and cosh y, by the addition theorems for y = r + k ln 2 (split_exponential). The
+ * relative precision is full even for small y. */
 static inline void sinhcosh_accurate(wide y, wide *s, wide *c)
 {
     const exponential e = split_exponential(dd_of(y));
@@ -175,11 +172,12 @@ static inline void sinhcosh_accurate(wide y, wide *s, wide *c)
     *s = e.even * odd + e.odd * even;
     *c = e.even * even + e.odd * odd;
 }
-/* Returns the theta function `which` of x + i y for constant y, as polynomials in sin^2 x: `even`
- * for the real part and `odd` for the imaginary part, each divided by its factor sin x, cos x or
- * sin x cos x, if any (see the tables). If `dual` is nonzero, the argument is y + i x, the
- * polynomials are in -sinh^2 x, the factors contain sinh x and cosh x, and i theta1 replaces
- * theta1. The common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
+/* Returns the theta function `which` of x + i y for constant y, without the factor 2 nome^(1/4) of
+ * theta1 and theta2. With the polynomials E (`even`) and O (`odd`) in sin^2 x, its real and
+ * imaginary parts are
+ *     E sin x, O cos x (theta1);   E cos x, O sin x (theta2);   E, O sin x cos x (theta3, theta4).
+ * If `dual` is nonzero, the argument is y + i x instead of x + i y, sinh x, cosh x and -sinh^2 x
+ * replace sin x, cos x and sin^2 x, and THETA1 denotes the function i theta1. */
 static inline theta_lanes make_theta_series(enum theta which, wide nome, wide y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;
@@ -261,8 +259,8 @@ static inline initial find_initial_quantities(const exact_top *top, dd i1)
     s.w_square = dd_dot(s.w, s.w);
     return s;
 }
-/* Replaces the smaller of two distances a and b by a quotient without cancellation, given
- * `product`, which is a * b * third. If both are zero, neither is changed. */
+/* Replaces the smaller of the distances a and b by product / (third * the larger one), which does
+ * not suffer from cancellation. `product` must be a * b * third. Leaves a = b = 0 unchanged. */
 static inline void recompute_smaller_factor(dd *a, dd *b, mask is_a_smaller, dd product, dd third)
 {
     const dd larger = dd_choose(is_a_smaller, *b, *a),
@@ -271,9 +269,10 @@ static inline void recompute_smaller_factor(dd *a, dd *b, mask is_a_smaller, dd 
     *a = dd_choose(mask_and(is_a_smaller, known), smaller, *a);
     *b = dd_choose(mask_and(mask_not(is_a_smaller), known), smaller, *b);
 }
-/* Replaces small distances, which suffer from cancellation, by quotients. Products of distances are
- *     (W.e3 + W.a)^2 = (1 + u1)(1 + u2) g(1 + u3),   (W.e3 - W.a)^2 = (1 - u1)(1 - u2) g(u3 - 1),
- *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0).
+/* Replaces small distances, which suffer from cancellation, by quotients. With the initial W, a and
+ * du/dt, products of distances are
+ *     (W.e3 + W.a)^2 = g (1 + u1)(1 + u2)(1 + u3),   (W.e3 - W.a)^2 = g (1 - u1)(1 - u2)(u3 - 1),
+ *     (du/dt)^2 = g (u0 - u1)(u2 - u0)(u3 - u0).
  * `about_initial` is nonzero if the distances come from find_roots_about_initial_height. */
 static inline void recompute_small_distances(const initial *s, turning_points *r, int about_initial)
 {
@@ -294,9 +293,9 @@ static inline void recompute_small_distances(const initial *s, turning_points *r
     r->span = dd_max(r->span, level);
     r->g32 = dd_max(r->g32, dd_times(wide_splat(1e-150), r->g31));
 }
-/* Writes the distances between the roots u1, u2 and u3 to r, if u3 is farthest from the other two.
- * The cubic is c[0] + c[1] v + c[2] v^2 + g v^3 with v = u - u0, because u1 and u2 may be close to
- * u0. `guess` is an approximation of g (u3 - u0). */
+/* Writes all distances to r, if u3 is the root farthest from the other two. `c` contains the
+ * coefficients of (du/dt)^2 = c[0] + c[1] v + c[2] v^2 + g v^3, v = u - u0. This expansion keeps
+ * small distances between u0, u1 and u2 accurate. `guess` is an approximation of g (u3 - u0). */
 static inline void find_roots_about_initial_height(const initial *s, const dd c[3], wide guess,
                                                    turning_points *r)
 {
@@ -318,9 +317,9 @@ static inline void find_roots_about_initial_height(const initial *s, const dd c[
     r->minus1 = dd_add(s->minus, r->down);
     recompute_small_distances(s, r, 1);
 }
-/* Writes the distances between the roots to r, if u1 is farthest from the other two. The cubic is
- * expanded in powers of u - 1, because u2 <= 1 <= u3 can coincide only at u = 1 (axis upright).
- * `guess` is an approximation of u1 - u0. */
+/* Writes all distances to r, if u1 is the root farthest from the other two. The polynomial
+ * (du/dt)^2 is expanded in powers of u - 1, because u2 <= 1 <= u3 can coincide only at u = 1 (axis
+ * upright). `guess` is an approximation of u1 - u0. */
 static inline void find_roots_about_pole(const initial *s, wide guess, turning_points *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
@@ -348,7 +347,7 @@ static inline void find_roots_about_pole(const initial *s, wide guess, turning_p
     recompute_small_distances(s, r, 0);
 }
 /* Returns the distances between the roots u1, u2 and u3, the initial height and the poles. The
- * cubic is expanded about a point that keeps two nearly equal roots accurate. */
+ * polynomial (du/dt)^2 is expanded about u0 or about u = 1: near there, two roots may coincide. */
 static turning_points find_turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
@@ -372,11 +371,13 @@ static turning_points find_turning_heights(const initial *s)
     copy_selected_lanes(&r, &some, sizeof r, top);
     return r;
 }
-/* Writes the rates nu, k1 and k2 [rad per unit of time], and returns agm(1, k'). From the sum of
- * Q_n (find_agm_and_sums) for p0^2 = (1 + u3)/(u3 - u1) follows
- *     k1 = (W.e3 + W.a) / (4 (1 + u3)) sum Q_n.
- * For k2, W.e3 - W.a and 1 - u3 replace W.e3 + W.a and 1 + u3, and p0^2 is (u3 - 1)/(u3 - u1). If
- * u2 is farther than u3 from 1, k2 follows from the sum for p0^2 = (1 - u2)/(1 - u1) instead. */
+/* Writes the rates nu, k1 and k2 [rad per unit of time], and returns agm(1, k'). If S denotes the
+ * sum Q_0 + Q_1 + ... of find_agm_and_sums for the given p_0^2,
+ *     k1 = (W.e3 + W.a) / (4 (1 + u3)) S,   p_0^2 = (1 + u3)/(u3 - u1),
+ *     k2 = (W.e3 - W.a) / (4 (1 - u3)) S,   p_0^2 = (u3 - 1)/(u3 - u1).
+ * If u2 is farther than u3 from 1, another formula is used, with -nu if W.e3 >= W.a, else +nu:
+ *     k2 = (W.e3 - W.a) / (2 (1 - u1)) (1 + (u2 - u1) / (2 (1 - u2)) S) -+ nu,
+ *     p_0^2 = (1 - u2)/(1 - u1). */
 static inline dd find_phase_rates(const initial *s, const turning_points *r, dd *nu, dd *k1, dd *k2)
 {
     const dd kp = dd_sqrt(dd_div_fast(r->g32, r->g31)), zero = dd_splat(0.0);
@@ -407,9 +408,8 @@ typedef struct arguments {
     wide y1, y2, T;
 } arguments;
 
-/* Returns y1, y2 and T, and sets exact->stretch (find_period_ratio_and_stretch). `average` is
- * agm(1, k'). The values y1 and y2 are incomplete elliptic integrals of the first kind. p1, p2, m1
- * and m2 denote 1 + u1, 1 + u2, 1 - u1 and 1 - u2. */
+/* Returns y1 and y2, which are incomplete elliptic integrals of the first kind, and T = K'/K. Sets
+ * exact->stretch and stretch_rest (find_period_ratio_and_stretch). `average` is agm(1, k'). */
 static inline arguments find_theta_arguments(exact_lanes *exact, const initial *s,
                                              const turning_points *r, dd average)
 {
@@ -427,8 +427,8 @@ static inline arguments find_theta_arguments(exact_lanes *exact, const initial *
     a.y2 = -minus_where(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
     return a;
 }
-/* Sets the theta series, in powers of the dual nome if `dual` is nonzero, else of the nome. The
- * maxima (1 + u2)/2 of |alpha|^2 and (1 - u1)/2 of |beta|^2 determine their scale factors. */
+/* Sets the theta series, in powers of the dual nome if `dual` is nonzero, else of the nome. They
+ * are scaled such that the maxima of |alpha|^2 and |beta|^2 are (1 + u2)/2 and (1 - u1)/2. */
 static inline void set_theta_series_of_kind(exact_lanes *exact, const turning_points *r,
                                             const arguments *a, int dual)
 {
@@ -470,10 +470,9 @@ static inline void set_theta_series(exact_lanes *exact, const turning_points *r,
     } else
         set_theta_series_of_kind(exact, r, a, 0);
 }
-/* Sets exact->momentum, the scale factor of m_x + i m_y, from |m_x + i m_y| at the lowest position
- * of the axis. This magnitude is not less than that at the highest position, because
- * (1 - u1)(1 + u2) >= (1 + u1)(1 - u2) and u3 + 1 >= u3 - 1. The scale factor is at most 0: at the
- * lowest position, theta3 is positive, but not (m_x + i m_y) e^{-i(c1 + c2 + (k1 + k2) t)}. */
+/* Sets exact->momentum, the factor of theta3 in m_x + i m_y, from the lowest position of the axis
+ * (X = 0), where |m_x + i m_y| is largest. The factor is at most 0: at X = 0, theta3 is positive,
+ * but (m_x + i m_y) e^{-i(c1 + c2 + (k1 + k2) t)} is at most 0. */
 static inline void set_momentum_scale(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1)
 {
@@ -487,9 +486,9 @@ static inline void set_momentum_scale(exact_lanes *exact, const initial *s, cons
     const wide norm = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + f[3] * f[3];
     exact->momentum = i1 * lowest * wide_sqrt(norm) / length(f[4], f[5]);
 }
-/* Returns the initial phase of the nutation, up to its sign, in turns. The phase is 0 at the lowest
- * and 1/4 at the highest position of the axis, and is computed from the distance to the nearer one.
- * A nutation takes half a turn. `mean` is agm(1, k'). */
+/* Returns the absolute value of the initial phase of the nutation, in turns. The phase is 0 at the
+ * lowest and 1/4 at the highest position of the axis, and is computed from the distance to the
+ * nearer one. A nutation takes half a turn. `mean` is agm(1, k'). */
 static inline dd find_initial_nutation_phase(const turning_points *r, wide mean)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,
@@ -504,11 +503,11 @@ static inline dd find_initial_nutation_phase(const turning_points *r, wide mean)
                                   wide_choose(below, dn, kp * per_dn), one);
     return dd_choose(below, dd_of(away), two_sum(wide_splat(0.25), -away));
 }
-/* Sets the initial values of the phases of nutation, alpha and beta, such that alpha and beta have
- * the arguments given by the initial attitude. The argument of a small number is inaccurate: if the
- * square of |alpha| or |beta|, relative to its maximum, is below a quarter of that of
- * |m_x + i m_y|, its phase follows from arg(m_x + i m_y), the sum of both phases and the argument
- * of theta3. */
+/* Sets the initial phases of nutation, alpha and beta, such that alpha and beta have the arguments
+ * given by the initial attitude. Let A, B and H be |alpha|^2, |beta|^2 and |m_x + i m_y|^2, each
+ * divided by its maximum. The argument of a small number is inaccurate. If the smaller of A and B
+ * is less than H/4, the phase of alpha or beta, respectively, is therefore computed from
+ * arg(m_x + i m_y), which is the sum of both phases and the argument of -theta3. */
 static inline void set_initial_phases(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1, wide mean, const exact_top *top)
 {
@@ -534,8 +533,8 @@ static inline void set_initial_phases(exact_lanes *exact, const initial *s, cons
     set_initial_phase(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     set_initial_phase(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
-/* Returns 1 if the symmetry axis stays vertical. Earlier, is_initial_tilt_resolved has refused tops
- * whose axis is almost but not exactly vertical and almost at rest. */
+/* Returns 1 if the symmetry axis stays vertical. Tops whose axis is almost but not exactly vertical
+ * and almost at rest have been refused before (is_initial_tilt_resolved in symmetric.c). */
 static inline mask has_stationary_vertical_axis(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
@@ -573,7 +572,7 @@ static void set_phases_and_mean_rates(lagrange_setup *s)
     set_mean_rates(exact, s->nu.hi, first.hi, second.hi);
 }
 /* Computes the closed forms of n tops in internal units, after set_initial_quantities for each top.
- * weight * |com| must be positive, and the axis must not stay vertical. Each stage is completed for
+ * s[i].top.lever must be positive, and the axis must not stay vertical. Each stage is completed for
  * all tops before the next: the code of all stages does not fit into the first-level cache. */
 INLINE void set_up_moving_tops(lagrange_setup s[], int n)
 {
