@@ -50,9 +50,8 @@ typedef struct kr_kowalewski_arc {
     int poles, low, high, folds; /* low, high: the branch points at x = pi and x = 0 */
     kr_fold fold[FOLDS];         /* from x to y */
 } kr_kowalewski_arc;
-/* The coefficients of sin(k y1) (even indices) and sin(k y2) (odd indices) for one k: `angle` for
- * S_11, S_12, S_21 and S_22 [rad], `heading` for the two sine series of psi/2 [turns]. The last two
- * elements of `heading` are zero, so that vectors of up to four series can be loaded. */
+/* The coefficients of sin(k y1) and sin(k y2) for one k: `angle` in S_11, S_12, S_21, S_22 [rad],
+ * `heading` in the two sine series of psi/2 [turns]. The last elements of `heading` are zeros. */
 typedef struct kr_harmonic {
     double angle[4], heading[4];
 } kr_harmonic;
@@ -271,11 +270,10 @@ INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide st
                e = 1.0 + (series->slope[3] + step_2 * series->bend[3]), n = 1.0 / (a * e - b * c);
     return (jacobian){{e * n, -b * n}, {-c * n, a * n}};
 }
-/* Writes a Newton step for y = theta + d to `step` [rad]: the next value of d is d - step. Writes
- * the inverse Jacobian matrix at y - step, to first order, to `after`. The first `terms` terms of
- * the series are used. If the larger component of the step is below 0.1, the step is corrected for
- * second derivatives (Chebyshev). If it is above 1, the step is shortened to 1. Returns the
- * magnitude of the larger component before these changes. */
+/* Writes a Newton step [rad], to be subtracted from d in y = theta + d, to `step`, and the inverse
+ * Jacobian matrix at y - step to `after`. Uses the first `terms` terms of the series. Returns the
+ * magnitude of the larger component of the step. If it is below 0.1, the step is then corrected for
+ * second derivatives (Chebyshev). If it is above 1, the step is then shortened to 1. */
 INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const arc_angle y[2],
                              const wide d[2], jacobian *after, wide step[2])
 {
@@ -302,9 +300,8 @@ INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const ar
     *after = invert_jacobian(&series, -step[0], -step[1]);
     return size;
 }
-/* Sets the angles y to theta [turns] + d [rad], after d has decreased by `step`. In the lanes of
- * `are_small`, where both components of the step are below SMALL_STEP, the sines and cosines of y
- * follow from their old values by Taylor polynomials of degree 2 in the step. */
+/* Sets the angles y to theta [turns] + d [rad] after d has decreased by `step`. In the lanes of
+ * `are_small`, with steps below SMALL_STEP, Taylor polynomials update sine and cosine of y. */
 INLINE void update_arc_angles(const dd theta[2], const wide d[2], const wide step[2],
                               mask are_small, arc_angle y[2])
 {
@@ -327,12 +324,11 @@ INLINE wide bisect_if_outside(wide x, wide low, wide high)
     const mask is_inside = mask_and(wide_at_most(low, x), wide_at_most(x, high));
     return wide_choose(is_inside, x, 0.5 * (low + high));
 }
-/* Writes d = y - theta [rad], given theta [turns], in the lanes that are not in `found`. Where the
- * arcs nearly touch, the Jacobian matrix is almost singular, and Newton's method may fail. Two
- * nested searches are slower, but do not fail.
- *
- * For trial values of y, let E_i be theta_i(y) minus the given theta_i. With the averages p and q
- * and the point w0 of kr_kowalewski_plan, P = p1 E1 - p2 E2 and Q = q1 E1 - q2 E2 change by
+/* Writes d = y - theta [rad], given theta [turns], in the lanes that are not in `found`. If the
+ * arcs nearly touch, Newton's method may fail because the Jacobian matrix is almost singular. Two
+ * nested searches are slower, but do not fail. For trial values of y, let E_i be theta_i(y) minus
+ * the given theta_i. With p, q and w0 of kr_kowalewski_plan, P = p1 E1 - p2 E2 and
+ * Q = q1 E1 - q2 E2 change by
  *     dP = |dw1/F| - |dw2/F|,  dQ = (w1 - w0) |dw1/F| - (w2 - w0) |dw2/F|  if y1 and y2 grow.
  * For any y2, P grows with y1. Along the curve P = 0, Q grows with y2, because w1 > w2. Each step
  * moves y1 towards this curve. Once y1 is on the curve, y moves along the curve towards Q = 0. */
@@ -377,9 +373,8 @@ APART void search_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], 
     }
 }
 /* Writes y1 and y2, given the torus angles theta in turns, -1 to 1. Newton's method starts at
- * angles interpolated in plan->guess. The first steps (find_newton_step) use plan->some_terms terms
- * of each series. The last steps, at most LAST_STEPS, use all terms. Lanes that do not converge are
- * left to search_arc_angles. */
+ * angles interpolated in plan->guess. Its first steps (find_newton_step) use plan->some_terms terms
+ * of each series, and its last steps all terms. Where it fails, search_arc_angles is called. */
 INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], arc_angle y[2])
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
@@ -423,8 +418,7 @@ INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], a
     }
 }
 
-/* A quantity v and its time derivative d. Where a formula for a component of the state loses digits
- * to cancellation, formulas with time derivatives replace it (evaluate_frame). */
+/* A quantity v and its time derivative d, which evaluate_frame uses where v loses digits. */
 typedef struct dual {
     wide v, d;
 } dual;
@@ -741,10 +735,9 @@ INLINE heading_vector find_vector_C(const body_state *b, wide S, wide S_terms)
                         wide_abs(S) * S_terms + 0.5 * Q2 * R * R + Q * (P * S_terms + Q2 * R));
     return v;
 }
-/* Returns the horizontal part of the vector B, which replaces C where C is nearly vertical. With
- * S = Re z,
+/* Returns the horizontal part of the vector B, which replaces C where C is nearly vertical:
  *     B = S (-r g2, r g1 - 2 p g3, 2 p g2) + q (-2 (g2^2 + 2 p (p g1 + q g2)), 2 (g1 g2 - q l),
- *         -r (l + 2 p g1)).
+ *         -r (l + 2 p g1)),   S = Re z.
  * The heading of B is psi minus the sum over both w of the arguments of l (k^2 - w^2) + i F(w).
  * `S_terms` is the sum of the magnitudes of the terms of S, and `a` is koetter_state.a. */
 INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
@@ -960,9 +953,8 @@ INLINE quat_lanes convert_frame_to_quaternion(const frame_state *f)
 /* The smallest y in the table of signs [turns]. No y in the table is at an end of an arc. */
 static const double first_node = -0.99;
 /* Returns the sign (-1 or 1) of the scalar product of q and the nearest entry of the table of
- * signs, given y1 and y2 from -1 to 1 turn in `turns`. The table, which covers two turns of each
- * angle, is continued periodically. If the nearest entry is in the period before or after the table,
- * adds -1 or 1 to wraps[0] for y1, or to wraps[1] for y2. */
+ * signs, given y1 and y2 from -1 to 1 turn in `turns`. The table repeats itself every two turns. If
+ * the nearest entry is before or after the table in y1 (y2), adds -1 or 1 to wraps[0] ([1]). */
 INLINE wide find_quaternion_sign(const kr_kowalewski_plan *plan, quat_lanes q, const wide turns[2],
                                  wide wraps[2])
 {
