@@ -352,8 +352,8 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
     if (kr_event_is_held(p, e)) {
-        /* While friction holds the top, the spin is zero. p->held is the sign of the spin before the
-         * stop. With the opposite sign here, the stop is a sign change (find_next_sign_change). */
+        /* While friction holds the top, the spin is zero. p->held is the sign of the spin before
+         * the stop, and the opposite sign makes the stop a sign change (event_search.c). */
         c[0] = -p->held * convert_term_factor(top, p->rate, e->terms);
         return 0;
     }

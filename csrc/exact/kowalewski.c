@@ -15,8 +15,7 @@
  * Let dt = |dw/F|: t is not the time. With an even periodic function R of x, dt = D R dx. Averages
  * by the trapezoidal rule therefore converge exponentially. Landen transformations replace x by an
  * angle y. The torus angles theta1 and theta2 are y1 and y2 plus sine series in y1 and y2, and grow
- * linearly with time. The heading (kowalewski.h) is an angle about e3. Koetter's formulas
- * (evaluate_koetter_formulas, kowalewski.h) give the state. */
+ * linearly with time. kowalewski.h describes the heading psi, and Koetter's formulas for states. */
 #include "kowalewski.h"
 enum { GRID = HARMONICS };
 #include "torus_setup.h"
@@ -308,9 +307,8 @@ static double choose_landen_transformations(kowalewski_arc *arc)
     arc->folds = folds;
     return best;
 }
-/* Sets the coefficients and the Landen transformations of an arc. If all branch points are real,
- * averages converge fastest for the argument `scale` of set_arc_coefficients. If e1 is complex and
- * convergence is slow, another scale is tried, and the better one is used. */
+/* Sets the coefficients and the Landen transformations of an arc for fast convergence of averages.
+ * `scale` is best if all branch points are real. If e1 is complex, another scale is tried, too. */
 static void choose_arc_scale(kowalewski_arc *arc, dd scale)
 {
     set_arc_coefficients(arc, scale);
@@ -412,8 +410,8 @@ static dd subtract_pole_from_root(const kowalewski_curve *o, int i, dd w)
 /* Sets the poles w = sqrt(-c) and -sqrt(-c) of l w/(w^2 + c) dw/F, the integrand of the heading. If
  * l is small, they are close to the arcs. A real pole u next to an arc adds |l| D^2 R/(2 (N - u D))
  * dx, where N - u D = a sin^2 + b cos^2 of x/2. sample_integrands subtracts sqrt(a b)/(2 (N - u D))
- * dx, which has the same residue. The integral of this, the argument of
- * sqrt(b) cos(x/2) + i sqrt(a) sin(x/2), is added by evaluate_frame (kowalewski.h). */
+ * dx, which has the same residue. The integral of the subtracted term is the argument of
+ * sqrt(b) cos(x/2) + i sqrt(a) sin(x/2), which evaluate_frame (kowalewski.h) adds. */
 static void set_heading_poles(kowalewski_arc *arc)
 {
     const kowalewski_curve *o = arc->curve;
@@ -804,8 +802,8 @@ static double find_koetter_signs(kr_kowalewski_plan *plan, const start_point poi
     memcpy(plan->sign, sign, sizeof sign);
     return best;
 }
-/* Computes the members of w for the initial state `start` = (p, q, r, g1, g2, g3), but of w->plan
- * only arcs and Koetter's constants and signs. Returns why it failed, or KR_REFUSAL_NONE. */
+/* Computes w for the initial state `start` = (p, q, r, g1, g2, g3), but in w->plan only arcs and
+ * Koetter's constants and signs. Returns the reason for a failure, or KR_REFUSAL_NONE. */
 static kr_refusal find_arcs_and_initial_angles(const dd start[6], dd l, kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;
@@ -835,7 +833,7 @@ static kr_refusal find_arcs_and_initial_angles(const dd start[6], dd l, kowalews
                                          : KR_REFUSAL_START;
 }
 /* Returns a number of terms, a multiple of 4, after which all coefficients of the first
- * `series_count` sine series of both arcs are at most `least`. */
+ * `series_count` sine series of both arcs are at most `least` in magnitude. */
 static int count_terms(const kowalewski_arc arc[2], int series_count, double least)
 {
     int terms = 4;

@@ -58,27 +58,26 @@ typedef struct kr_harmonic {
 typedef struct kr_kowalewski_plan {
     kr_torus torus; /* its phases are theta1/2, theta2/2 and half of the heading */
     double l, c, k;
-    /* Koetter's constants of a root e of phi: A^2 = 2 (e + h), B^2 = e^2 + c, A B = l. A0 and B0
-     * belong to e0. The arrays hold the values at e1 and e2 or, if e1 is complex, the real and the
-     * imaginary part of the value at e1. */
+    /* Koetter's constants of a root e of phi: A^2 = 2 (e + h), B^2 = e^2 + c, A B = l. A0 and B0:
+     * for e0. Arrays: for e1 and e2 or, if e1 is complex, for the real and imaginary part at e1. */
     double A[2], B[2], A0, B0;
     double A_square[2], B_square[2];
     double sum, apart, middle;     /* e1 + e2, e1 - e2 (or 2 Im e1), e0 - sum/2 */
     double one_apart, one_product; /* 1/apart, 1/((e0 - e1)(e0 - e2)) */
-    double sign[6];       /* of Koetter's square roots: for e0, for e1 and e2, for each arc; of Z */
-    double half_turns[2]; /* 1 if the quaternion changes sign when theta grows by 4 pi */
-    int pair, fast;       /* 1 if e1 and e2 are complex; 1 if derivatives are always needed */
-    double p[2], q[2];    /* averages of |dw/F|/dy and (w - w0) |dw/F|/dy; w0: between the arcs */
-    int some_terms, terms;          /* numbers of terms: in most Newton steps, and in all */
+    double sign[6];        /* evaluate_koetter_formulas: s_0 to s_4; evaluate_frame: sign of Z2 */
+    double half_turns[2];  /* 1 if the quaternion changes sign when theta grows by 4 pi */
+    int pair, fast;        /* 1 if e1 and e2 are complex; 1 if derivatives are always needed */
+    double p[2], q[2];     /* averages of |dw/F|/dy and (w - w0) |dw/F|/dy; w0: between the arcs */
+    int some_terms, terms; /* numbers of terms: in most Newton steps, and in all */
     float guess[STARTS][STARTS][2]; /* y1 - theta1 and y2 - theta2 at equidistant theta1, theta2 */
     kr_kowalewski_arc arc[2];
     int nodes; /* number of angles of each arc in the table of signs, a power of two */
     /* The harmonics, and after them the table of signs (get_kowalewski_sign_table). */
     kr_harmonic harmonic[HARMONICS + NODES * NODES / 16];
 } kr_kowalewski_plan;
-/* Returns the table of signs. It contains quaternions (w, x, y, z), multiplied by 127, for nodes *
- * nodes pairs (y1, y2) that cover two turns of each angle. They are computed without the phase and
- * the sine series of psi. Their scalar products determine the signs of other quaternions. */
+/* Returns the table of signs: quaternions (w, x, y, z), multiplied by 127, for nodes^2 pairs
+ * (y1, y2) that cover two turns of each angle. They lack the phase and the sine series of psi. With
+ * the right sign, any other quaternion has a positive scalar product with the nearest entry. */
 static inline const signed char *get_kowalewski_sign_table(const kr_kowalewski_plan *plan)
 {
     return (const signed char *)(plan->harmonic + plan->terms);
@@ -290,7 +289,6 @@ INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const ar
     const wide size = wide_max(wide_abs(u), wide_abs(v));
     step[0] = u + (inverse.one[0] * bend_1 + inverse.one[1] * bend_2);
     step[1] = v + (inverse.two[0] * bend_1 + inverse.two[1] * bend_2);
-    /* Far from the solution, the correction may be too large. */
     const mask is_close = wide_less(size, wide_splat(0.1));
     if (!mask_all(is_close)) {
         const wide shorter = wide_choose(wide_less(size, one), one, 1.0 / size);
@@ -515,10 +513,9 @@ INLINE half_angle convert_y_to_half_x(const kr_kowalewski_arc *arc, const arc_an
     r.cosine = c;
     return r;
 }
-/* N, D and square roots at a point of an arc. g0, g.one and g.two are the roots of way * (N - e D)
- * (kr_kowalewski_arc) for e = e0, e1 and e2. The roots of D, |k D - N| and |k D + N| are d, `minus`
- * and `plus`, and h = minus * plus. Roots that are zero at an end of the arc change sign there.
- * `rate`, an argument of the functions below, is dx/dt. */
+/* N, D and square roots at a point of an arc: g0, g.one and g.two of way * (N - e D) for e0, e1 and
+ * e2 (kr_kowalewski_arc), d of D, `minus` of |k D - N|, `plus` of |k D + N|, and h = minus * plus.
+ * Square roots that are zero at an end of the arc change sign there. Below, `rate` is dx/dt. */
 typedef struct arc_point {
     dual N, D, d, g0, h, minus, plus;
     pair g;
@@ -572,8 +569,8 @@ INLINE arc_point find_arc_point(const kr_kowalewski_arc *arc, int complex, half_
         r.g.two = find_real_factor_root(arc, 2, x, rate);
     return r;
 }
-/* Returns R = scale/(d g0 g1 g2 minus plus), where |dw/F| = D R dx, and g1 and g2 are the roots for
- * e1 and e2 (arc_point). Roots that are zero at an end of the arc are left out of the product. */
+/* Returns R, where |dw/F| = D R dx. R is `scale` divided by the product of all square roots of
+ * arc_point that are not zero at an end of the arc (without h = minus * plus). */
 INLINE wide find_differential_factor(const kr_kowalewski_arc *arc, int complex, const arc_point *at)
 {
     wide product = arc->low == AT_INFINITY ? wide_splat(1.0) : at->d.v;
@@ -627,8 +624,8 @@ INLINE dual find_difference_of_FG(const kr_kowalewski_plan *plan, int complex,
                                   find_divided_difference(plan, complex, f, square, terms),
                                   pair_sum(complex, f));
 }
-/* Returns the divided difference (F V)[e0, e1, e2], with V of evaluate_koetter_formulas. Writes
- * |x (F X)[e1, e2]| + |y (F Y)[e1, e2]| to `size`, the magnitude of terms that may cancel. */
+/* Returns the divided difference (F V)[e0, e1, e2], with V = x X - y Y of koetter_products. Writes
+ * |x (F X)[e1, e2]| + |y (F Y)[e1, e2]|, the magnitude of terms that may cancel, to `size`. */
 INLINE dual find_difference_of_FV(const kr_kowalewski_plan *plan, int complex,
                                   const koetter_terms *t, const koetter_products *k, wide *size)
 {
@@ -654,9 +651,9 @@ INLINE dual find_w_difference_numerator(const arc_point *one, const arc_point *t
                     dual_mul(dual_mul(two->g0, two->g0), one->D));
 }
 /* Returns p, q, r and g3 by Koetter's formulas (Acta Math. 17 (1893) 209), at the points `one` and
- * `two` of the first and second arc. Symbols without a prime are members of `one`, and symbols with
- * a prime are members of `two`. For the root e_i of phi, g_i is g0, g.one or g.two, and A and B are
- * Koetter's constants. f[] is the divided difference f[e0, e1, e2]. With the signs s = plan->sign,
+ * `two` of the first and second arc. N, D, d, h and g are members of `one`, and with a prime of
+ * `two`. For the root e_i of phi, g_i is g0, g.one or g.two. A and B are Koetter's constants, f[]
+ * is the divided difference f[e0, e1, e2], and s = plan->sign.
  *     a = (A G)[],  p = -(B G)[]/a,  q = -d d'/a,  G_i = s_i g_i g_i',
  *     r = sqrt2 (A V)[]/(a Dl),  g3 = sqrt2 (B V)[]/(a Dl),  Dl = N D' - N' D,
  *     V_i = s_j s_n (s_3 h d' g_i g_j' g_n' - s_4 h' d g_i' g_j g_n)  for different i, j and n. */
@@ -814,9 +811,8 @@ INLINE heading_vector find_derivative_of_C(const kr_kowalewski_plan *plan, const
     return v;
 }
 
-/* The angular velocity, and the rotation matrix from the body frame to space, whose rows are the
- * space axes along body axes. The phase and the sine series of the heading are left out. The caller
- * turns the attitude about e3 by their sum. */
+/* The angular velocity, and the space axes along body axes: `row`. The caller still has to turn the
+ * attitude about e3 by the phase and the sine series of the heading. */
 typedef struct frame_state {
     wide row[3][3];
     wide p, q, r;
@@ -954,7 +950,7 @@ INLINE quat_lanes convert_frame_to_quaternion(const frame_state *f)
 static const double first_node = -0.99;
 /* Returns the sign (-1 or 1) of the scalar product of q and the nearest entry of the table of
  * signs, given y1 and y2 from -1 to 1 turn in `turns`. The table repeats itself every two turns. If
- * the nearest entry is before or after the table in y1 (y2), adds -1 or 1 to wraps[0] ([1]). */
+ * the nearest entry is before or after the table, adds -1 or 1 to wraps[0] (y1) or wraps[1]. */
 INLINE wide find_quaternion_sign(const kr_kowalewski_plan *plan, quat_lanes q, const wide turns[2],
                                  wide wraps[2])
 {
