@@ -12,13 +12,13 @@
 #include "event_polynomial.h"
 
 /* A power series: element PAD + n is the coefficient of the n-th power, n <= step_view.order. The
- * other elements are zero. The arguments of step_view.product are pointers to the elements PAD. */
+ * other elements are zero. The arguments a and b of step_view.product point to elements PAD. */
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
-/* The Taylor polynomials of the state over a step, up to the power `order`, with members of
- * kr_step_polynomial (method.h). Functions whose names begin with add_ add the coefficients of a
- * power series to the array c, and the coefficient of the n-th power to c[n]. */
+/* The Taylor polynomials of the state over a step, up to the power `order`: x, w, rate and product
+ * are those of kr_step_polynomial (method.h). Functions whose names begin with add_ add the
+ * coefficients of a power series to the array c, and the coefficient of the n-th power to c[n]. */
 typedef struct step_view {
     const kr_top *top;
     double rate;

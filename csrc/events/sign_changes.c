@@ -2,10 +2,10 @@
  * the Bernstein basis of an interval bound the values of p there, and their differences bound the
  * slope. Coefficients of one sign exclude roots, and differences of one sign exclude extrema. An
  * interval that may contain both is bisected (de Casteljau; Lane and Riesenfeld 1981) until the
- * values are indistinguishable from zero. A sign is certain only if the value exceeds the rounding
- * noise. Two roots between which no value exceeds the noise are a double root without a sign
- * change. The last sign is passed on to the next step, so that a root between two steps is found
- * once. */
+ * values are indistinguishable from zero. A sign is certain only if the magnitude of the value
+ * exceeds the rounding noise. Two roots between which this is nowhere the case count as a double
+ * root without a sign change. The last sign is passed on to the next step, so that a root between
+ * two steps is found once. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
@@ -62,7 +62,8 @@ static int record_sign(kr_sign_search *r, double p, double s)
 }
 /* Returns 1 if the sign at the end of an interval tells whether the sign changes inside: if the
  * polynomial has constant sign, is monotonic, or is zero up to noise. `bernstein` has the Bernstein
- * coefficients of the truncated polynomial on this interval of length `width`. */
+ * coefficients of p on this interval of length `width`, without omitted terms
+ * (truncate_polynomial). */
 static int is_decided_by_end_sign(const kr_sign_search *r, const double *bernstein, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
