@@ -2,10 +2,10 @@
  * the Bernstein basis of an interval bound the values of p there, and their differences bound the
  * slope. Coefficients of one sign exclude roots, and differences of one sign exclude extrema. An
  * interval that may contain both is bisected (de Casteljau; Lane and Riesenfeld 1981) until the
- * values are indistinguishable from zero. A sign is certain only if the magnitude of the value
- * exceeds the rounding noise. Two roots between which this is nowhere the case count as a double
- * root without a sign change. The last sign is passed on to the next step, so that a root between
- * two steps is found once. */
+ * values are indistinguishable from zero. A sign is known only where |p| exceeds the rounding
+ * noise. Two roots between which |p| is below the noise count as a double root without a sign
+ * change. The last sign is passed on to the next step, so that a root between two steps is found
+ * once. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
