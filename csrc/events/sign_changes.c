@@ -62,8 +62,7 @@ static int record_sign(kr_sign_search *r, double p, double s)
 }
 /* Returns 1 if the sign at the end of an interval tells whether the sign changes inside: if the
  * polynomial has constant sign, is monotonic, or is zero up to noise. `bernstein` has the Bernstein
- * coefficients of p on this interval of length `width`, without omitted terms
- * (truncate_polynomial). */
+ * coefficients, without omitted terms (truncate_polynomial), on this interval of length `width`. */
 static int is_decided_by_end_sign(const kr_sign_search *r, const double *bernstein, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;

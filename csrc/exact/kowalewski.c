@@ -9,8 +9,8 @@
  *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
  *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
  * Kowalewski's variables w1 > w2 (Acta Math. 12 (1889) 177) have the rates F(w1)/(w1 - w2) and
- * F(w2)/(w2 - w1). They move on arcs between branch points of F, which are k, -k and the roots e0,
- * e1 and e2 of phi. On an arc
+ * F(w2)/(w2 - w1). They move on arcs between branch points of F, which are k, -k, infinity and the
+ * roots e0, e1 and e2 of phi. On an arc
  *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
  * Let dt = |dw/F|: t is not the time. With an even periodic function R of x, dt = D R dx. Averages
  * by the trapezoidal rule therefore converge exponentially. Landen transformations replace x by an

@@ -650,10 +650,10 @@ INLINE dual find_w_difference_numerator(const arc_point *one, const arc_point *t
     return dual_add(dual_mul(dual_mul(one->g0, one->g0), two->D),
                     dual_mul(dual_mul(two->g0, two->g0), one->D));
 }
-/* Returns p, q, r and g3 by Koetter's formulas (Acta Math. 17 (1893) 209), at the points `one` and
- * `two` of the first and second arc. N, D, d, h and g are members of `one`, and N', D', d', h' and
- * g' of `two`. For the root e_i of phi, g_i is g0, g.one or g.two. A and B are Koetter's constants,
- * f[] is the divided difference f[e0, e1, e2], and s = plan->sign.
+/* Returns p, q, r and g3 by Koetter's formulas (Acta Math. 17 (1893) 209). N, D, d, h and g are
+ * members of `one`, a point of the first arc, and with a prime of `two`, a point of the second arc.
+ * For the root e_i of phi, g_i is g0, g.one or g.two. A and B are Koetter's constants (plan), f[]
+ * is the divided difference f[e0, e1, e2], and s = plan->sign.
  *     a = (A G)[],  p = -(B G)[]/a,  q = -d d'/a,  G_i = s_i g_i g_i',
  *     r = sqrt2 (A V)[]/(a Dl),  g3 = sqrt2 (B V)[]/(a Dl),  Dl = N D' - N' D,
  *     V_i = s_j s_n (s_3 h d' g_i g_j' g_n' - s_4 h' d g_i' g_j g_n)  for different i, j and n. */
