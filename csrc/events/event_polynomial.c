@@ -1,24 +1,24 @@
 /* Event functions expressed as polynomials in time over one step. An event function is a sum of
  * products of two state components (kr_term, kreisel.h). Each product is the Cauchy product of the
- * power series of its two factors, whose time is counted from the beginning of the step in units of
- * 1 / `rate` internal units (method.h). A component of the attitude is linear in the quaternion q.
- * A body-frame component of a vector is linear in the vertical P or in the angular velocity W. The
- * component of v, a vector in the body frame, along a unit vector e in space, and the derivative of
- * the momentum m without damping on a support at rest are
- *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*),   lever = mass * gravity * com.
- * All numbers are scaled by powers of two such that every component has magnitude at most one. */
+ * power series of its two factors. These are series in the time since the beginning of the step, in
+ * units of 1 / `rate` internal units (method.h). A component of the attitude is linear in the
+ * quaternion q. A body-frame component of a vector is linear in the vertical P or in the angular
+ * velocity W, both in the body frame. A body-frame vector v has the component <e, q v q*> =
+ * <e q, q v> along a unit vector e in space. Without damping, on a support at rest, the momentum m
+ * has the derivative e3 x (q lever q*), where lever = mass * gravity * com. All numbers are scaled
+ * by powers of two such that every component has magnitude at most one. */
 #include "model/quantities.h"
 #include "model/scene.h"
 #include "event_polynomial.h"
 
-/* Element PAD + n is the n-th coefficient of a power series, n <= step_view.order. The other
- * elements are zero, as step_view.product requires. Its arguments point to the elements PAD. */
+/* A power series: element PAD + n is the coefficient of the n-th power, n <= step_view.order. The
+ * other elements are zero. The arguments a and b of step_view.product point to elements PAD. */
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
-/* The Taylor polynomials of the state over a step, truncated at the order `order`: the members of
- * kr_step_polynomial (method.h). Each function with the prefix add_ adds the coefficients of a
- * power series to the array c, c[n] being that of the n-th power. */
+/* The Taylor polynomials of the state over a step, up to the power `order`: x, w, rate and product
+ * are those of kr_step_polynomial (method.h). Functions whose names begin with add_ add the
+ * coefficients of a power series to the array c, and the coefficient of the n-th power to c[n]. */
 typedef struct step_view {
     const kr_top *top;
     double rate;
@@ -27,9 +27,9 @@ typedef struct step_view {
     void (*product)(const double *a, const double *b, int order, double *c);
 } step_view;
 
-/* Returns the unit of the state component with index `number` (kr_term) in the user's units, a
- * power of two. The first letter of the dimension is M for a momentum [M L^2 T^-1] and r for a rate
- * [rad/T]; other components are dimensionless. */
+/* Returns the unit of the state component with index `number` (kr_term), a power of two, in the
+ * user's units. The first letter of the component's dimension is M for a momentum [M L^2 T^-1] and
+ * r for a rate [rad/T]. Other components are dimensionless. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -106,8 +106,8 @@ static void add_space_component(const step_view *v, int axis, kr_vec3 body, doub
     }
     for (int i = 0; i < 4; i++) add_series_product(v, left[i] + PAD, right[i] + PAD, c);
 }
-/* Adds to c `factor` times the angular momentum <e q, q M> about the space axis e with index
- * `axis`, where M is the angular momentum in the body frame, for any damping and support. */
+/* Adds to c `factor` times <e q, q M>, the component of the angular momentum along the space axis e
+ * with index `axis`. M is the momentum in the body frame. Valid for any damping and support. */
 static void add_space_momentum(const step_view *v, double factor, int axis, double *c)
 {
     /* Row i lists three products with sum (q M)_i: index in q, index in M, and 1 for a minus. */
@@ -233,14 +233,14 @@ static void add_component(const step_view *v, double factor, int number, double 
     }
 }
 
-/* Returns an upper bound on the magnitude of a state component in its unit (component_unit), in
- * which |W| <= 1. On a fixed support, the energy limits W_i to sqrt(least moment / A_i). */
+/* Returns an upper bound on the magnitude of a state component in its unit (component_unit). In
+ * this unit, |W| <= 1. If the support is at rest and gravity has no gradient, the energy limits W_i
+ * to sqrt(least moment / A_i), where A_i are the moments of inertia. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;
     const kr_vec3 A = top->main.inertia;
     const double least = fmin(A.x, fmin(A.y, A.z));
-    /* The energy bound does not apply on moving supports, where energy is not conserved. */
     const int is_moving = kr_support_turns(&top->scene) || kr_support_shakes(&top->scene) ||
                           top->scene.gradient != 0.0;
     const kr_vec3 root =
@@ -352,8 +352,8 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
     if (kr_event_is_held(p, e)) {
-        /* While friction holds the top, the spin is zero. The sign opposite to that of the spin
-         * before makes the stop a sign change. find_next_sign_change later discards this sign. */
+        /* While friction holds the top, the spin is zero. p->held is the sign of the spin before
+         * the stop, and the opposite sign makes the stop a sign change (event_search.c). */
         c[0] = -p->held * convert_term_factor(top, p->rate, e->terms);
         return 0;
     }

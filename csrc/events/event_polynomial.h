@@ -18,11 +18,11 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *piece, cons
                         double c[]);
 /* Returns 1 if the event function is a multiple of the spin, and friction keeps the spin zero. */
 int kr_event_is_held(const kr_step_polynomial *piece, const kr_event *event);
-/* Returns the sign, in this step, of an event function that is a multiple of the spin, if the top
+/* Returns the sign of the event function in this step, if it is a multiple of the spin and the top
  * slides with dry friction. Otherwise returns 0. */
 int kr_event_side_by_friction(const kr_step_polynomial *piece, const kr_event *event);
-/* Absolute values below KR_TERMS_UNSURE times the bound kr_terms_bound count as zero. The larger
- * KR_TERMS_START applies until a first sign is known: an event function may be zero initially. */
+/* Magnitudes of an event function below KR_TERMS_UNSURE * kr_terms_bound count as zero. Until a
+ * sign is known, the limit is KR_TERMS_START * kr_terms_bound: a function may be zero initially. */
 #define KR_TERMS_UNSURE 0x1p-50
 #define KR_TERMS_START 0x1p-40
 /* Returns 1 if a sum of n terms has the form of kr_linear. */

@@ -62,9 +62,9 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     return KR_OK;
 }
 
-/* Finds the next sign change of an event function after the position own->mark, 0 to 1, in the last
- * step. Writes its time in internal units to own->next and the direction to own->sign, which is 0
- * if there is no sign change. Updates own->mark and own->side, the last sign. */
+/* Finds the next sign change that an event requires, after the position own->mark (0 to 1) in the
+ * last step. Writes its time in internal units to own->next, and its direction, or 0 if there is no
+ * sign change, to own->sign. Updates own->mark and the last known sign own->side. */
 static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *piece,
                                   const kr_event *event, kr_event_search *own)
 {
@@ -88,8 +88,8 @@ static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *p
     own->mark = search.mark;
 }
 /* Finds the first sign change of an event function in the last step, unless this step has already
- * been searched. The search starts with the last sign of the previous step if that step was
- * searched to its end, else without a sign at the current time of the top. */
+ * been searched. If the previous step was searched to its end, the search starts with the last sign
+ * of that step. Otherwise it starts at the last requested time, without a sign. */
 static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
                             const kr_event *event, kr_event_search *own)
 {
@@ -106,8 +106,8 @@ static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
     own->searched = top->steps;
     find_next_sign_change(top, piece, event, own);
 }
-/* Returns the event with the earliest sign change in the last step at or after the current time of
- * the top, or NULL. Writes the state of the search for this event to `found`. */
+/* Returns the event with the earliest sign change in the last step, not before the last requested
+ * time, or NULL. Writes the state of the search for this event to `found`. */
 static kr_event *find_earliest_event(const kr_top *top, const kr_step_polynomial *piece,
                                      kr_event_search *found)
 {
@@ -126,8 +126,8 @@ static kr_event *find_earliest_event(const kr_top *top, const kr_step_polynomial
     }
     return first;
 }
-/* Advances the top to the next event in the last step whose condition is satisfied, but not beyond
- * the user's time t. If there is no such event, sets hit->index to -1. */
+/* Advances the top to the next event in the last step whose condition is satisfied, if its time is
+ * not beyond the user's time t. Writes this event to `hit`, or index -1 if there is none. */
 static kr_status seek_event_in_step(kr_top *top, double t, kr_event_hit *hit)
 {
     const kr_step_polynomial piece = top->method->polynomial(&top->main);

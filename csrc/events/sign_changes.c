@@ -2,8 +2,8 @@
  * the Bernstein basis of an interval bound the values of p there, and their differences bound the
  * slope. Coefficients of one sign exclude roots, and differences of one sign exclude extrema. An
  * interval that may contain both is bisected (de Casteljau; Lane and Riesenfeld 1981) until the
- * values are indistinguishable from zero. A sign is certain only if the value exceeds the rounding
- * noise. Two roots between which no value exceeds the noise are a double root without a sign
+ * values are indistinguishable from zero. A sign is known only where |p| exceeds the rounding
+ * noise. Two roots between which |p| is below the noise count as a double root without a sign
  * change. The last sign is passed on to the next step, so that a root between two steps is found
  * once. */
 #include "sign_changes.h"
@@ -49,8 +49,8 @@ static double refine_root_between(const kr_sign_search *r, double low, double hi
     }
     return s;
 }
-/* Stores the sign and the position s of the value p, unless |p| is below the noise. Returns 1 if
- * the sign has changed since the last stored one. Writes the root if the new sign is sought. */
+/* Stores the sign and the position s of the value p in r, unless |p| is below the noise. Returns 1
+ * if the previous sign was opposite. Then writes the root to r->root if the new sign is sought. */
 static int record_sign(kr_sign_search *r, double p, double s)
 {
     if (!(fabs(p) > (r->side ? r->noise : r->start_noise))) return 0;
@@ -62,7 +62,7 @@ static int record_sign(kr_sign_search *r, double p, double s)
 }
 /* Returns 1 if the sign at the end of an interval tells whether the sign changes inside: if the
  * polynomial has constant sign, is monotonic, or is zero up to noise. `bernstein` has the Bernstein
- * coefficients of the truncated polynomial on this interval of length `width`. */
+ * coefficients, without omitted terms (truncate_polynomial), on this interval of length `width`. */
 static int is_decided_by_end_sign(const kr_sign_search *r, const double *bernstein, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
@@ -80,9 +80,9 @@ static int is_decided_by_end_sign(const kr_sign_search *r, const double *bernste
     }
     return rising | falling;
 }
-/* Searches the interval [low, high], after r->mark, for the first sign change. `bernstein` has the
- * Bernstein coefficients of the truncated polynomial on this interval, and is overwritten. Returns
- * UNDECIDED if the omitted terms are needed. */
+/* Searches the part of [low, high] after r->mark for the first sign change. `bernstein` has the
+ * Bernstein coefficients of the truncated polynomial on [low, high], and is overwritten. Returns
+ * UNDECIDED if the omitted terms (truncate_polynomial) are needed. */
 static search_outcome search_interval(kr_sign_search *r, double *bernstein, double low, double high)
 {
     const int n = r->used;
@@ -116,9 +116,9 @@ static search_outcome search_unit_interval(kr_sign_search *r)
         for (int i = n; i >= k; i--) b[i] += b[i - 1];
     return search_interval(r, b, 0.0, 1.0);
 }
-/* Omits the terms after r->used, which contribute negligibly to the slope. The error is at most
- * r->tail, the sum of the magnitudes of the omitted coefficients; r->tail_slope is that of their
- * slopes. If the search is then UNDECIDED, the caller repeats it with all terms. */
+/* Sets r->used such that the later terms contribute negligibly to the slope, and can be omitted.
+ * Sets bounds on the omitted parts of the value and of the slope, r->tail and r->tail_slope. If the
+ * search is UNDECIDED without these terms, the caller repeats it with all terms. */
 static void truncate_polynomial(kr_sign_search *r)
 {
     double slopes = 0.0;

@@ -8,14 +8,14 @@
  * e3 = (g1, g2, g3) in the body frame,
  *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
  *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
- * Kowalewski's variables w1 > w2 move at the rates F(w1)/(w1 - w2) and F(w2)/(w2 - w1) on arcs
- * between branch points of F, which are k, -k and the roots e0, e1 and e2 of phi. On an arc
+ * Kowalewski's variables w1 > w2 (Acta Math. 12 (1889) 177) have the rates F(w1)/(w1 - w2) and
+ * F(w2)/(w2 - w1). They move on arcs between branch points of F, which are k, -k, infinity and the
+ * roots e0, e1 and e2 of phi. On an arc
  *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
- * Then dt = |dw/F| equals D R dx, where R is an even periodic function of x, and t is not the time.
- * The trapezoidal rule for averages therefore converges exponentially (Kowalevski, Acta Math. 12
- * (1889) 177). Landen transformations replace x by an angle y. The torus angles theta1 and theta2
- * are sums of y1 or y2 and of sine series in y1 and y2, and grow linearly with time. The heading
- * (kowalewski.h) is an angle about e3. Koetter's formulas (kowalewski.h) give the state. */
+ * Let dt = |dw/F|: t is not the time. With an even periodic function R of x, dt = D R dx. Averages
+ * by the trapezoidal rule therefore converge exponentially. Landen transformations replace x by an
+ * angle y. The torus angles theta1 and theta2 are y1 and y2 plus sine series in y1 and y2, and grow
+ * linearly with time. kowalewski.h describes the heading psi, and Koetter's formulas for states. */
 #include "kowalewski.h"
 enum { GRID = HARMONICS };
 #include "torus_setup.h"
@@ -66,13 +66,13 @@ static void set_curve_from_state(kowalewski_curve *o, const dd y[6], dd l)
 }
 static dd ordered_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* The accurate difference between a root e of phi and a nearby branch point a, which is k or -k. As
- * a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
+/* The difference between a root e of phi and a nearby branch point a, which is k or -k, computed
+ * without cancellation. As a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
  *     (a - e)(a + e)(e + h) = e + h - l^2/2.
- * `resolution` is the smaller of |e + h| and |e + h - l^2/2|, divided by the largest term. */
+ * `resolution` is min(|e + h|, |e + h - l^2/2|) / max(|e|, |h|, l^2/2). */
 typedef struct close_roots {
     int apply; /* 1 if this formula loses fewer digits to cancellation than a - e */
-    dd apart;  /* root i minus root j, if `apply` is 1 */
+    dd apart;  /* branch point i minus branch point j, if `apply` is 1 */
     double resolution;
 } close_roots;
 static close_roots find_close_root_difference(const kowalewski_curve *o, int i, int j)
@@ -120,9 +120,9 @@ typedef struct arc_gaps {
     dd up, down, below; /* k - w1; w1 minus the lower end; the upper end minus w2 */
     double mismatch;    /* relative error of the unsolved equations (refine_end_distances) */
 } arc_gaps;
-/* Returns q^2 (w1 - e)(e - w2) for an end e of an arc, the branch point with index i. With
- * A^2 = 2 (e + h), B^2 = e^2 + c and A B = l, this product is the square of
- *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of re_z (find_end_distances) for -k. */
+/* Returns q^2 (w1 - e)(e - w2), where e is branch point i, an end of an arc. If e = -k, this is
+ * re_z^2, with Re z of find_end_distances. If e is a root of phi, it is the square of
+ *     A (p^2 + q^2 - e)/2 + B p,  where A^2 = 2 (e + h), B^2 = e^2 + c and A B = l. */
 static dd find_end_distance_product(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
 {
     const dd e = o->root[i], sum = dd_twice(dd_add(e, o->h)), other = dd_add(dd_square(e), o->c),
@@ -135,10 +135,10 @@ static dd find_end_distance_product(const kowalewski_curve *o, int i, dd p, dd q
         A = dd_div(o->l, B);
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
-/* Refines the approximate distances `gap` of w1 and w2 from the ends of their arcs. `product` holds
- * accurate values of (k - w1)(k - w2), of (w1 - e)(e - w2) for the lower end e of the first arc,
- * and of (w1 - e)(e - w2) for the upper end e of the second. Each iteration solves two of these
- * three equations for w1 and w2. The two that are chosen give the fastest convergence. */
+/* Refines the approximate distances `gap` of w1 and w2 from the ends of their arcs, and sets
+ * gap->mismatch. `product` holds accurate values of (k - w1)(k - w2), of (w1 - e)(e - w2) for the
+ * lower end e of the first arc, and of (w1 - e)(e - w2) for the upper end e of the second. Each
+ * iteration solves one equation for w1 and another for w2, chosen for the fastest convergence. */
 static void refine_end_distances(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -166,16 +166,16 @@ static void refine_end_distances(const kowalewski_curve *o, const dd product[3],
     /* On a short arc, an error of w1 hardly changes the state. */
     gap->mismatch = fmax(fabs(ends.hi) / sqrt(height.hi), fabs(rest.hi) / product[2].hi);
 }
-/* Returns the distances of w1 and w2 from the ends of their arcs in a state
- * y = (p, q, r, g1, g2, g3). With x = p + iq and z = (r x + g3) conj(sqrt(x^2 + g1 + i g2)),
+/* Returns the distances of w1 and w2 from the ends of their arcs, in a state (p, q, r, g1, g2, g3).
+ * With v = p + iq and z = (r v + g3) conj(sqrt(v^2 + g1 + i g2)),
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
- * Such products (see find_end_distance_product) determine the distances to full precision. */
-static arc_gaps find_end_distances(const kowalewski_curve *o, const dd y[6])
+ * Such products (find_end_distance_product) determine the distances to full precision. */
+static arc_gaps find_end_distances(const kowalewski_curve *o, const dd state[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
-    const dd p = y[0], q = y[1], r = y[2], square = dd_square(q);
-    const cdd x = cdd_of(p, q), root = cdd_sqrt(cdd_add(cdd_mul(x, x), cdd_of(y[3], y[4]))),
-              z = cdd_mul(cdd_add(cdd_scale(r, x), cdd_of_real(y[5])),
+    const dd p = state[0], q = state[1], r = state[2], square = dd_square(q);
+    const cdd x = cdd_of(p, q), root = cdd_sqrt(cdd_add(cdd_mul(x, x), cdd_of(state[3], state[4]))),
+              z = cdd_mul(cdd_add(cdd_scale(r, x), cdd_of_real(state[5])),
                           cdd_of(root.re, dd_neg(root.im)));
     dd w[2];
     find_kowalewski_variables(o, p, q, w);
@@ -229,9 +229,9 @@ static int classify_real_part_of_angle(cdd cosine)
     const cx u = crosswise ? s : c;
     return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
 }
-/* Returns the smallest sinh |Im x| of all singularities x. Writes the smallest one for Re x = 0,
- * pi/2 or pi, where a Landen transformation can remove x, to `height`, and whether Re x = pi/2
- * there (1 or 0) to `crosswise`. */
+/* Returns the smallest sinh |Im x| of all singularities x. Writes the smallest sinh |Im x| of the
+ * singularities with Re x = 0, pi/2 or pi, which Landen transformations can remove, to `height`.
+ * Sets `crosswise` to 1 if that singularity has Re x = pi/2, else to 0. */
 static double find_singularity_heights(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
@@ -307,8 +307,8 @@ static double choose_landen_transformations(kowalewski_arc *arc)
     arc->folds = folds;
     return best;
 }
-/* Sets the coefficients and the Landen transformations of an arc such that its averages converge
- * fast. `scale` is the best argument of set_arc_coefficients if all branch points are real. */
+/* Sets the coefficients and the Landen transformations of an arc for fast convergence of averages.
+ * `scale` is best if all branch points are real. If e1 is complex, another scale is tried, too. */
 static void choose_arc_scale(kowalewski_arc *arc, dd scale)
 {
     set_arc_coefficients(arc, scale);
@@ -397,11 +397,6 @@ static dd evaluate_N_D_R(const kowalewski_arc *arc, dd ss, dd cc, dd *N, dd *D)
     return dd_sqrt(dd_div(arc->C, dd_mul(product, *D)));
 }
 
-/* The heading of the vector C (kowalewski.h) is the integral of l w dw/((w^2 + c) F). The poles of
- * this integrand, at w^2 = -c, are close to the arcs if l is small. A real pole w0 in the gap next
- * to an arc contributes |l| D^2 R/(2 (N - w0 D)) dx, with N - w0 D = a sin^2 + b cos^2 of x/2. The
- * multiple of 1/(N - w0 D) that has the same residue is subtracted. The integral of this multiple
- * is the argument of sqrt(b) cos x/2 + i sqrt(a) sin x/2, which kowalewski.h adds. */
 /* Returns branch point i minus the pole w, computed without cancellation. */
 static dd subtract_pole_from_root(const kowalewski_curve *o, int i, dd w)
 {
@@ -412,7 +407,11 @@ static dd subtract_pole_from_root(const kowalewski_curve *o, int i, dd w)
     if (!(fabs(other.hi) > 1e-3 * fabs(difference.hi))) return difference;
     return dd_div(dd_half(dd_square(o->l)), dd_mul(other, sum));
 }
-/* Sets the poles w = +-sqrt(-c) of the integrand of the heading, which are real for c <= 0. */
+/* Sets the poles w = sqrt(-c) and -sqrt(-c) of l w/(w^2 + c) dw/F, the integrand of the heading. If
+ * l is small, they are close to the arcs. A real pole u next to an arc adds |l| D^2 R/(2 (N - u D))
+ * dx, where N - u D = a sin^2 + b cos^2 of x/2. sample_integrands subtracts sqrt(a b)/(2 (N - u D))
+ * dx, which has the same residue. The integral of the subtracted term is the argument of
+ * sqrt(b) cos(x/2) + i sqrt(a) sin(x/2), which evaluate_frame (kowalewski.h) adds. */
 static void set_heading_poles(kowalewski_arc *arc)
 {
     const kowalewski_curve *o = arc->curve;
@@ -430,8 +429,8 @@ static void set_heading_poles(kowalewski_arc *arc)
         p->value = p->is_adjacent ? dd_half(dd_sqrt(dd_mul(p->a, p->b))) : dd_of(0.0);
     }
 }
-/* Writes the integrands of an arc at the angle y with the cosine t->c[i]: dt/dy, w dt/dy, and the
- * integrand of the heading, for |l|, minus the terms for poles next to the arc. */
+/* Writes the integrands of an arc at the angle y with the cosine t->c[i] to `out`: dt/dy, w dt/dy,
+ * and |l| w/(w^2 + c) dt/dy minus the terms for poles next to the arc (set_heading_poles). */
 static void sample_integrands(const void *data, const cosine_table *t, int i, dd out[3])
 {
     const kowalewski_arc *arc = data;
@@ -468,12 +467,12 @@ static int average_integrands(kowalewski_arc *arc, cosine_table *table, samples 
     arc->turn = mean[2];
     return arc->points > 0;
 }
-/* Computes the sine series of arc j, for both torus angles and the heading, from its samples v. Let
- * p and q be the averages of dt/dy and w dt/dy, and det = p2 q1 - p1 q2. The differentials of
- * theta1 and theta2 are sums over both arcs of
- *     (p2 w dt - q2 dt)/det  and  (p1 w dt - q1 dt)/det,
- * with a minus sign for the second arc, where F has the opposite sign. The integrand of the heading
- * contains multiples of these differentials, which can be large, and are subtracted first. */
+/* Computes the sine series of arc j, for theta1, theta2 and the heading, from the samples v of the
+ * arc's integrands. Let p, q and `turn` be the averages of these integrands on each arc, as in
+ * kowalewski_arc, and det = p2 q1 - p1 q2. The differentials of theta1 and theta2 are
+ *     (p2 w dt - q2 dt)/det  and  (p1 w dt - q1 dt)/det
+ * on the first arc. On the second arc, where F has the opposite sign, their signs are opposite. The
+ * heading is turn1 theta1 - turn2 theta2, with the sign of l, plus its sine series. */
 static void set_arc_sine_series(kowalewski_arc arc[2], int j, dd det, const cosine_table *table,
                                 samples *v)
 {
@@ -497,9 +496,9 @@ static void set_arc_sine_series(kowalewski_arc arc[2], int j, dd det, const cosi
     }
     for (int i = 0; i < 3; i++) integrate_to_sines(v->v[i], table, arc[j].points, arc[j].sine[i]);
 }
-/* Computes the averages over both arcs, the sine series, and the rates of the two torus angles and
- * of the heading (without the factors for poles, see kowalewski.h). `table` and `v` are working
- * memory. Returns 0 if an average does not converge or det <= 0 (set_arc_sine_series). */
+/* Computes the averages over both arcs, the sine series, and the rates of theta1, theta2 and the
+ * heading [rad per unit of time], without the heading's factors for poles (set_heading_poles).
+ * `table` and `v` are working memory. Returns 0 if an average does not converge or det <= 0. */
 static int set_series_and_rates(const kowalewski_curve *o, kowalewski_arc arc[2],
                                 cosine_table *table, samples v[2], dd rate[3])
 {
@@ -596,8 +595,8 @@ static int locate_on_arc(const kowalewski_arc *arc, dd upper, dd lower, dd next_
 /* Finds the first state `at` after the initial state `start` in which neither w1 nor w2 is close to
  * an end of its arc. After 8, 32 and 96 steps, points closer to the ends are accepted. The state
  * shortly after `at` gives the directions of w1 and w2. Writes the points of w1 and w2 in the state
- * `at` to `point`, and the torus angles of the initial state, which grow at `rate`, to `theta`
- * [rad]. Returns the `mismatch` of arc_gaps, or infinity if no such state is found. */
+ * `at` to `point`, and the torus angles of the initial state to `theta` [rad], given their rates.
+ * Returns arc_gaps.mismatch of the state `at`, or infinity if there is no such state. */
 static double find_initial_angles(const kowalewski_curve *o, const kowalewski_arc arc[2],
                                   const dd rate[3], const dd start[6], start_point point[2],
                                   dd at[6], double theta[2])
@@ -657,15 +656,15 @@ static double find_root_distance(const kowalewski_curve *o, int i, int j)
                         dd_sub(get_root_as_complex(o, i).im, get_root_as_complex(o, j).im).hi)) /
            (1.0 + o->k.hi);
 }
-/* Returns the relative error of find_root_distance: 1e-31/distance or, for two roots of phi,
- * 1e-31/distance^2, because nearly equal roots of a polynomial lose up to half of their digits. */
+/* Returns the relative error of the distance of branch points i and j: 1e-31/distance or, for two
+ * roots of phi, 1e-31/distance^2, because nearly equal roots lose up to half of their digits. */
 static double estimate_distance_error(const kowalewski_curve *o, int i, int j)
 {
     const double distance = find_root_distance(o, i, j), digits = 1e-31;
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
 }
 /* Returns the largest relative error of the distances on whose logarithms the frequencies depend:
- * from each arc to the next branch point and, if an arc passes between them, from e1 to e2. */
+ * of each arc from the next branch point and, if an arc passes between e1 and e2, of e1 from e2. */
 static double estimate_frequency_error(const kowalewski_curve *o)
 {
     const int top = o->real - 2;
@@ -678,8 +677,8 @@ static double estimate_frequency_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the smallest distance of two branch points, divided by 1 + k. If close_roots applies to
- * two points, its `resolution` replaces their distance. */
+/* Returns the least find_root_distance of two branch points. Uses close_roots.resolution instead
+ * where close_roots.apply is 1. */
 static double find_least_root_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
@@ -769,8 +768,8 @@ static void fill_koetter_constants(const kowalewski_curve *o, kr_kowalewski_plan
     plan->middle = dd_add(o->root[0], dd_scale(0.25, square)).hi;
     plan->one_product = 1.0 / cdd_mul(first, second).re.hi;
 }
-/* Sets plan->sign, the constant signs of Koetter's square roots: one for each root of phi, one for
- * each arc and one for Z (evaluate_frame). With these signs, the formulas give p, q, r and g3 of
+/* Sets plan->sign, the signs s_0 to s_4 of Koetter's formulas (evaluate_koetter_formulas) and the
+ * sign of Z2 (evaluate_frame, kowalewski.h). With these signs, the formulas give p, q, r and g3 of
  * `state`, at the points `point` of the arcs, with the smallest error. Returns this error. */
 static double find_koetter_signs(kr_kowalewski_plan *plan, const start_point point[2],
                                  const dd state[6])
@@ -803,8 +802,8 @@ static double find_koetter_signs(kr_kowalewski_plan *plan, const start_point poi
     memcpy(plan->sign, sign, sizeof sign);
     return best;
 }
-/* Computes the members of w, and the arcs and Koetter's constants in w->plan, for the initial state
- * `start` = (p, q, r, g1, g2, g3). Returns the reason for a failure, or KR_REFUSAL_NONE. */
+/* Computes w for the initial state `start` = (p, q, r, g1, g2, g3), but in w->plan only arcs and
+ * Koetter's constants and signs. Returns the reason for a failure, or KR_REFUSAL_NONE. */
 static kr_refusal find_arcs_and_initial_angles(const dd start[6], dd l, kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;
@@ -834,7 +833,7 @@ static kr_refusal find_arcs_and_initial_angles(const dd start[6], dd l, kowalews
                                          : KR_REFUSAL_START;
 }
 /* Returns a number of terms, a multiple of 4, after which all coefficients of the first
- * `series_count` sine series of both arcs are at most `least`. */
+ * `series_count` sine series of both arcs are at most `least` in magnitude. */
 static int count_terms(const kowalewski_arc arc[2], int series_count, double least)
 {
     int terms = 4;
@@ -884,8 +883,8 @@ static double dot_entries(const signed char a[4], const signed char b[4])
     return dot / (127.0 * 127.0);
 }
 /* Fills the table of signs with n * n quaternions, whose signs make the scalar products of adjacent
- * ones positive. Sets half_turns[j] to 1 if the quaternion changes its sign when y1 (j = 0) or y2
- * grows by two turns. Returns the smallest scalar product of adjacent quaternions. */
+ * ones positive. Sets half_turns[0] to 1 if the quaternion changes its sign when y1 grows by two
+ * turns, and half_turns[1] for y2. Returns the smallest scalar product of adjacent quaternions. */
 static double fill_sign_table(kr_kowalewski_plan *plan, int n)
 {
     signed char *const node = (signed char *)(plan->harmonic + plan->terms);
@@ -915,9 +914,9 @@ static double fill_sign_table(kr_kowalewski_plan *plan, int n)
     }
     return least;
 }
-/* Fills the rest of the plan, except for the initial phase of the heading. Returns the smallest
- * scalar product of adjacent quaternions in the table of signs. If this product exceeds 1/4, each
- * quaternion of the motion, with the right sign, has a positive product with the nearest entry. */
+/* Fills what find_arcs_and_initial_angles leaves of the plan, except for the initial phase of the
+ * heading. Returns the last result of fill_sign_table. If it exceeds 1/4, each quaternion of the
+ * motion, with the right sign, has a positive product with the nearest one of that table. */
 static double fill_plan(kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;
@@ -944,7 +943,7 @@ static double fill_plan(kowalewski_work *w)
     return least;
 }
 /* Numbers of points of the torus at which the closed form is tested. If the error at FEW_POINTS
- * exceeds KR_TORUS_ROUNDING, MANY_POINTS are tested. */
+ * points exceeds KR_TORUS_ROUNDING (torus.h), MANY_POINTS points are tested. */
 enum { FEW_POINTS = 16, MANY_POINTS = 64 };
 /* Returns the largest error of the closed form (find_taylor_error) at this number of points. */
 static double find_largest_error(const kr_kowalewski_plan *plan, int points)
@@ -983,8 +982,8 @@ static kr_refusal make_plan(void *memory, torus_start *start, torus_units *way, 
     double error = fmax(find_state_error(now, q, v3(m[0].hi, m[1].hi, m[2].hi)),
                         find_largest_error(plan, FEW_POINTS));
     if (error > KR_TORUS_ROUNDING) error = fmax(error, find_largest_error(plan, MANY_POINTS));
-    /* The last argument is the effect of the errors of the frequencies after 1000 radians. It
-     * is the largest only near separatrices, where rounding the initial state has more effect. */
+    /* The last argument is the effect of the errors of the frequencies after 1000 radians. It is
+     * the largest only near separatrices, where rounding of the initial state has more effect. */
     *certificate = fmax(fmax(error, KR_TORUS_ROUNDING), 1e3 * w->separatrix);
     return KR_REFUSAL_NONE;
 }

@@ -3,8 +3,9 @@
  * e3 = (g1, g2, g3) in the body frame,
  *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
  *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
- * Kowalewski's variables w1 > w2 oscillate on real intervals, called arcs, between branch points of
- * F: k, -k, the real root e0 of phi, and its roots e1 and e2, which may be complex. On an arc,
+ * The branch points of F are k, -k, a real root e0 of phi, and its roots e1 and e2, which may be
+ * complex. Kowalewski's variables w1 > w2 oscillate on two real intervals, called arcs, between
+ * branch points. The lower end of the second arc is minus infinity. On an arc,
  *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
  * Landen transformations compute x from an angle y. The torus angles theta1 and theta2, with
  * theta_i = y_i + S_i1(y1) + S_i2(y2) and sine series S, grow linearly with time. Newton's method
@@ -14,7 +15,7 @@
  * with C2 - i C1 = (z^2 + 2 q^2 (g1 + i g2))/2, C3 = q Re((p - iq) z) and z = r (p + iq) + g3 is
  *     psi = sum of the integrals of l w/(w^2 + c) dw/F over both variables
  * (docs/theory/closed_form.md): a phase that grows linearly with time, plus one sine series for
- * each arc, plus arguments of factors for poles near the ends of the arcs (heading_pole). */
+ * each arc, plus arguments of factors for poles near the arcs (kowalewski.c, set_heading_poles). */
 #ifndef KR_EXACT_KOWALEWSKI_H
 #define KR_EXACT_KOWALEWSKI_H
 #include "math/trig.h"
@@ -34,48 +35,49 @@ typedef struct kr_fold {
     double m, rest;   /* m, 1 - m */
     double crosswise; /* 1 if it removes singularities with Re x = pi/2, not 0 or pi */
 } kr_fold;
-/* An arc, with the coefficients A, B, C of N and D. For a real branch point e, way * (N - e D) is
- * a sin^2 + b cos^2 of x/2, where the sign `way` makes the sum positive on the arc. */
+/* An arc, with the coefficients A, B and C of N and D. For the real branch point e of index i,
+ * way * (N - e D) = a[i] sin^2 + b[i] cos^2 of x/2, where `way` is the sign of N - e D. */
 typedef struct kr_kowalewski_arc {
     double A, B, C;
     double a[ROOTS], b[ROOTS], root_a[ROOTS], root_b[ROOTS]; /* and square roots of a and b */
-    double scale; /* dw/F = scale D dx / (product of the square roots of all way * (N - e D)) */
+    double scale; /* constant factor of R, where |dw/F| = D R dx (find_differential_factor) */
     /* For complex e1, way * (N - e1 D) = half * (center[0] - cos x) - center[1] + i im D. */
     double half, center[2], im;
-    /* N - w D = both_a sin^2 + both_b cos^2 of x/2 for the poles w = +-sqrt(-c) of dpsi/dw. For the
-     * `poles` poles next to the arc, pole_a^2 = |both_a| and pole_b^2 = |both_b|. */
+    /* For the poles w = sqrt(-c) and -sqrt(-c) of dpsi/dw, N - w D = both_a sin^2 + both_b cos^2 of
+     * x/2. The first `poles` elements of pole_a and pole_b belong to poles next to the arc: square
+     * roots of |both_a|, with the sign of l, and of |both_b|. */
     double pole_a[2], pole_b[2], both_a[2], both_b[2];
     int poles, low, high, folds; /* low, high: the branch points at x = pi and x = 0 */
     kr_fold fold[FOLDS];         /* from x to y */
 } kr_kowalewski_arc;
-/* The coefficients of sin(k y1) and sin(k y2) for one k. `angle` belongs to S_11, S_12, S_21 and
- * S_22 [rad]. `heading` belongs to the two series of psi/2 [turns], and ends with two zeros. */
+/* The coefficients of sin(k y1) and sin(k y2) for one k: `angle` in S_11, S_12, S_21, S_22 [rad],
+ * `heading` in the two sine series of psi/2 [turns]. The last elements of `heading` are zeros. */
 typedef struct kr_harmonic {
     double angle[4], heading[4];
 } kr_harmonic;
 typedef struct kr_kowalewski_plan {
     kr_torus torus; /* its phases are theta1/2, theta2/2 and half of the heading */
     double l, c, k;
-    /* Koetter's constants of a root e of phi: A^2 = 2 (e + h), B^2 = e^2 + c, A B = l. The elements
-     * belong to e1 and e2 or, for complex e1, are the real and imaginary parts for e1. */
-    double A[2], B[2], A0, B0; /* A0, B0: for e0 */
+    /* Koetter's constants of a root e of phi: A^2 = 2 (e + h), B^2 = e^2 + c, A B = l. A0 and B0:
+     * for e0. Arrays: for e1 and e2 or, if e1 is complex, for the real and imaginary part at e1. */
+    double A[2], B[2], A0, B0;
     double A_square[2], B_square[2];
     double sum, apart, middle;     /* e1 + e2, e1 - e2 (or 2 Im e1), e0 - sum/2 */
     double one_apart, one_product; /* 1/apart, 1/((e0 - e1)(e0 - e2)) */
-    double sign[6];       /* of Koetter's square roots: for e0, for e1 and e2, for each arc; of Z */
-    double half_turns[2]; /* 1 if the quaternion changes sign when theta grows by 4 pi */
-    int pair, fast;       /* 1 if e1 and e2 are complex; 1 if derivatives are always needed */
-    double p[2], q[2];    /* averages of |dw/F|/dy and (w - w0) |dw/F|/dy; w0: between the arcs */
-    int some_terms, terms;          /* numbers of terms: in most Newton steps, and in all */
+    double sign[6];        /* evaluate_koetter_formulas: s_0 to s_4; evaluate_frame: sign of Z2 */
+    double half_turns[2];  /* 1 if the quaternion changes sign when theta grows by 4 pi */
+    int pair, fast;        /* 1 if e1 and e2 are complex; 1 if derivatives are always needed */
+    double p[2], q[2];     /* averages of |dw/F|/dy and (w - w0) |dw/F|/dy; w0: between the arcs */
+    int some_terms, terms; /* numbers of terms: in most Newton steps, and in all */
     float guess[STARTS][STARTS][2]; /* y1 - theta1 and y2 - theta2 at equidistant theta1, theta2 */
     kr_kowalewski_arc arc[2];
     int nodes; /* number of angles of each arc in the table of signs, a power of two */
     /* The harmonics, and after them the table of signs (get_kowalewski_sign_table). */
     kr_harmonic harmonic[HARMONICS + NODES * NODES / 16];
 } kr_kowalewski_plan;
-/* Returns the table of signs. A quaternion is chosen from +-q by its scalar product with the entry
- * nearest to (y1, y2). For nodes * nodes pairs (y1, y2) in two turns each, the table contains 127
- * times the quaternion that results if the phase and the sine series of psi are left out. */
+/* Returns the table of signs: quaternions (w, x, y, z), multiplied by 127, for nodes^2 pairs
+ * (y1, y2) that cover two turns of each angle. They lack the phase and the sine series of psi. With
+ * the right sign, any other quaternion has a positive scalar product with the nearest entry. */
 static inline const signed char *get_kowalewski_sign_table(const kr_kowalewski_plan *plan)
 {
     return (const signed char *)(plan->harmonic + plan->terms);
@@ -141,9 +143,9 @@ INLINE multiples find_sines_of_multiples(series_group s, series_group c)
     m.s[4] = 2.0 * (m.s[2] * m.c[2]), m.c[4] = (m.c[2] - m.s[2]) * (m.c[2] + m.s[2]);
     return m;
 }
-/* Returns the sums of the first n terms of GROUP sine series; n is a multiple of 4. `first` points
- * to their coefficients for k = 1 in a kr_harmonic. Clenshaw's recurrence is applied to every
- * fourth term: the processor computes the four independent recurrences in parallel. */
+/* Returns the sums of the terms k = 1, ..., n of GROUP sine series, given the sines and cosines m
+ * of multiples of their angles. n is a multiple of 4. `first` points to the coefficients for k = 1
+ * in a kr_harmonic. For speed, Clenshaw's recurrence is applied to every fourth term. */
 INLINE series_group sum_series_group(const double *first, int n, const multiples *m)
 {
     const int row = sizeof(kr_harmonic) / sizeof(double);
@@ -158,8 +160,8 @@ INLINE series_group sum_series_group(const double *first, int n, const multiples
     return ((m->s[1] * b[0] + m->s[3] * next[0]) + m->s[2] * (b[1] + next[1])) +
            ((m->s[3] * b[2] + m->s[1] * next[2]) + m->s[4] * b[3]);
 }
-/* Writes the sums of `count` sine series at the angles y to `value`. `first` points to the
- * coefficient of the first series in plan->harmonic[0], where the others follow. */
+/* Writes the sums of `count` sine series, 2 or 4, to `value`: series 0 and 2 at the angle y[0], and
+ * series 1 and 3 at y[1]. `first` points to the coefficient of series 0 in plan->harmonic[0]. */
 INLINE void sum_sine_series(const kr_kowalewski_plan *plan, const double *first, int count,
                             const arc_angle y[2], wide value[4])
 {
@@ -267,10 +269,10 @@ INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide st
                e = 1.0 + (series->slope[3] + step_2 * series->bend[3]), n = 1.0 / (a * e - b * c);
     return (jacobian){{e * n, -b * n}, {-c * n, a * n}};
 }
-/* Writes the Newton step [rad], to be subtracted from d in y = theta + d, and the inverse Jacobian
- * matrix after it. The first `terms` terms of the series are used. A step below 0.1 is corrected
- * for second derivatives (Chebyshev). A longer one is shortened to at most 1. Returns the larger
- * component of the step before these changes. */
+/* Writes a Newton step [rad], to be subtracted from d in y = theta + d, to `step`, and the inverse
+ * Jacobian matrix at y - step to `after`. Uses the first `terms` terms of the series. Returns the
+ * magnitude of the larger component of the step. If it is below 0.1, the step is then corrected for
+ * second derivatives (Chebyshev). If it is above 1, the step is then shortened to 1. */
 INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const arc_angle y[2],
                              const wide d[2], jacobian *after, wide step[2])
 {
@@ -287,7 +289,6 @@ INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const ar
     const wide size = wide_max(wide_abs(u), wide_abs(v));
     step[0] = u + (inverse.one[0] * bend_1 + inverse.one[1] * bend_2);
     step[1] = v + (inverse.two[0] * bend_1 + inverse.two[1] * bend_2);
-    /* Far from the solution, the correction may be too large. */
     const mask is_close = wide_less(size, wide_splat(0.1));
     if (!mask_all(is_close)) {
         const wide shorter = wide_choose(wide_less(size, one), one, 1.0 / size);
@@ -297,8 +298,8 @@ INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const ar
     *after = invert_jacobian(&series, -step[0], -step[1]);
     return size;
 }
-/* Sets the angles y to theta + d, where d has just decreased by `step`. In the lanes of `are_small`
- * (step < SMALL_STEP), a Taylor polynomial in the step updates the sine and cosine of y. */
+/* Sets the angles y to theta [turns] + d [rad] after d has decreased by `step`. In the lanes of
+ * `are_small`, with steps below SMALL_STEP, Taylor polynomials update sine and cosine of y. */
 INLINE void update_arc_angles(const dd theta[2], const wide d[2], const wide step[2],
                               mask are_small, arc_angle y[2])
 {
@@ -321,14 +322,14 @@ INLINE wide bisect_if_outside(wide x, wide low, wide high)
     const mask is_inside = mask_and(wide_at_most(low, x), wide_at_most(x, high));
     return wide_choose(is_inside, x, 0.5 * (low + high));
 }
-/* Writes d = y - theta [rad] for given theta [turns] by two nested searches, in the lanes that are
- * not in `found`. If the arcs nearly touch, the Jacobian matrix is almost singular, and Newton's
- * method may fail.
- *
- * For trial values of y, let E_i be theta_i(y) minus the given theta_i. With the averages p and q
- * of kr_kowalewski_plan, P = p1 E1 - p2 E2 and Q = q1 E1 - q2 E2 are sums of a function of y1 and
- * one of y2. For any y2, P grows with y1. Along the curve P = 0, Q grows with y2, because w1 > w2.
- * Each step moves y1 towards this curve. If that step is negligible, y2 moves towards Q = 0. */
+/* Writes d = y - theta [rad], given theta [turns], in the lanes that are not in `found`. If the
+ * arcs nearly touch, Newton's method may fail because the Jacobian matrix is almost singular. Two
+ * nested searches are slower, but do not fail. For trial values of y, let E_i be theta_i(y) minus
+ * the given theta_i. With p, q and w0 of kr_kowalewski_plan, P = p1 E1 - p2 E2 and
+ * Q = q1 E1 - q2 E2 change by
+ *     dP = |dw1/F| - |dw2/F|,  dQ = (w1 - w0) |dw1/F| - (w2 - w0) |dw2/F|  if y1 and y2 grow.
+ * For any y2, P grows with y1. Along the curve P = 0, Q grows with y2, because w1 > w2. Each step
+ * moves y1 towards this curve. Once y1 is on the curve, y moves along the curve towards Q = 0. */
 APART void search_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], mask found,
                              wide d[2])
 {
@@ -369,9 +370,9 @@ APART void search_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], 
         found = mask_or(found, mask_and(is_on_line, wide_at_most(wide_abs(step), least)));
     }
 }
-/* Writes y1 and y2 for the torus angles theta, in turns from -1 to 1. Newton's method starts at
- * angles interpolated in a table. The first steps use only plan->some_terms terms of each series,
- * with a correction for second derivatives. The last steps (at most LAST_STEPS) use all terms. */
+/* Writes y1 and y2, given the torus angles theta in turns, -1 to 1. Newton's method starts at
+ * angles interpolated in plan->guess. Its first steps (find_newton_step) use plan->some_terms terms
+ * of each series, and its last steps all terms. Where it fails, search_arc_angles is called. */
 INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], arc_angle y[2])
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
@@ -415,19 +416,7 @@ INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], a
     }
 }
 
-/* The state for the angles x1 and x2 by Koetter's formulas (Acta Math. 17 (1893) 209).
- *
- * On each arc, let g_i be the square root of way * (N - e_i D) (kr_kowalewski_arc), d the square
- * root of D, and h1 (first arc) or h2 that of |k^2 D^2 - N^2|. Upper indices of g and lower indices
- * of d, N and D denote the arc. For a function f of a root of phi, f[] is the divided difference
- * f[e0, e1, e2]. With A(e)^2 = 2 (e + h), B(e)^2 = e^2 + c, A B = l and the signs of the plan,
- *     a = (A G)[],  p = -(B G)[]/a,  q = -d1 d2/a,  G = g^1 g^2,
- *     r = sqrt2 (A V)[]/(a Dl),  g3 = sqrt2 (B V)[]/(a Dl),  Dl = N1 D2 - N2 D1,
- *     V_i = d2 h1 g_i^1 g_j^2 g_k^2 - d1 h2 g_i^2 g_j^1 g_k^1  with i, j, k all different.
- * Each divided difference has two formulas, of which at least one is accurate. Where the formula of
- * g1, g2 or r loses digits to cancellation, time derivatives give this component. Therefore each
- * quantity is a struct dual. */
-/* A quantity v and its time derivative d. */
+/* A quantity v and its time derivative d, which evaluate_frame uses where v loses digits. */
 typedef struct dual {
     wide v, d;
 } dual;
@@ -478,9 +467,9 @@ INLINE dual pair_product(int complex, pair a)
     return complex ? dual_add(dual_mul(a.one, a.one), dual_mul(a.two, a.two))
                    : dual_mul(a.one, a.two);
 }
-/* Returns the divided difference (f1 - f2)/(e1 - e2) of the values f1 and f2 at e1 and e2, or
- * square/(f1 + f2) if this is more accurate. The argument `square` is (f1^2 - f2^2)/(e1 - e2), and
- * `terms` is the sum of the magnitudes of the terms of `square`. */
+/* Returns the divided difference (f1 - f2)/(e1 - e2) of the values f = (f1, f2) at e1 and e2. It
+ * is computed as square/(f1 + f2) where this is more accurate: `square` is (f1^2 - f2^2)/(e1 - e2),
+ * and `terms` is the sum of the magnitudes of the terms of `square`. */
 INLINE dual find_divided_difference(const kr_kowalewski_plan *plan, int complex, pair f,
                                     dual square, wide terms)
 {
@@ -524,8 +513,9 @@ INLINE half_angle convert_y_to_half_x(const kr_kowalewski_arc *arc, const arc_an
     r.cosine = c;
     return r;
 }
-/* The quantities of Koetter's formulas at a point of an arc: g0 is g_0, `g` is g_1 and g_2, `minus`
- * is the square root of |k D - N|, and `plus` that of |k D + N|. Below, `rate` is dx/dt. */
+/* N, D and square roots at a point of an arc: g0, g.one and g.two of way * (N - e D) for e0, e1 and
+ * e2 (kr_kowalewski_arc), d of D, `minus` of |k D - N|, `plus` of |k D + N|, and h = minus * plus.
+ * Square roots that are zero at an end of the arc change sign there. Below, `rate` is dx/dt. */
 typedef struct arc_point {
     dual N, D, d, g0, h, minus, plus;
     pair g;
@@ -579,7 +569,8 @@ INLINE arc_point find_arc_point(const kr_kowalewski_arc *arc, int complex, half_
         r.g.two = find_real_factor_root(arc, 2, x, rate);
     return r;
 }
-/* Returns the function R of an arc, where |dw/F| = D R dx. */
+/* Returns R, where |dw/F| = D R dx. R is `scale` divided by the product of all square roots of
+ * arc_point that are not zero at an end of the arc (without h = minus * plus). */
 INLINE wide find_differential_factor(const kr_kowalewski_arc *arc, int complex, const arc_point *at)
 {
     wide product = arc->low == AT_INFINITY ? wide_splat(1.0) : at->d.v;
@@ -603,15 +594,18 @@ INLINE dual find_second_difference(const kr_kowalewski_plan *plan, dual f0, dual
     return dual_scale(plan->one_product, dual_sub(dual_sub(f0, dual_scale(0.5, sum)),
                                                   dual_scale(plan->middle, first)));
 }
-/* A factor F of Koetter's formulas, which is A or B. `F` and `square` hold F and F^2 at e1 and
- * e2, `F0` holds F at e0, and `slope` is the divided difference F^2[e1, e2]. */
+/* A factor F in Koetter's formulas, which is A or B, and not F(w). `F` and `square` hold F and F^2
+ * at e1 and e2, `F0` holds F at e0, and `slope` is (F(e1)^2 - F(e2)^2)/(e1 - e2). */
 typedef struct koetter_terms {
     pair F, square;
     double F0, slope;
 } koetter_terms;
+/* Products in Koetter's formulas, with the signs and symbols of evaluate_koetter_formulas. With
+ * i = 1 or 2 and j = 3 - i, the pairs are G = g_i g_i', U = g_i^2, W = g_i'^2, X = g_i g_j' and
+ * Y = g_i' g_j. G0 and V0 are the values of G and V at e0. At e1 and e2, V = x X - y Y. */
 typedef struct koetter_products {
-    pair G, U, W, X, Y; /* g^1 g^2, squares of g^1 and g^2, g^1 g'^2, g^2 g'^1 with g' = g at e2 */
-    dual G0, V0, x, y, Dl; /* V0: V at e0; V = x X - y Y */
+    pair G, U, W, X, Y;
+    dual G0, V0, x, y, Dl;
     wide V0_terms;
 } koetter_products;
 /* Returns the divided difference (F G)[e0, e1, e2]. */
@@ -630,8 +624,8 @@ INLINE dual find_difference_of_FG(const kr_kowalewski_plan *plan, int complex,
                                   find_divided_difference(plan, complex, f, square, terms),
                                   pair_sum(complex, f));
 }
-/* Returns the divided difference (F V)[e0, e1, e2]. Writes the sum of the magnitudes of the terms
- * of (F V)[e1, e2] to `size`. */
+/* Returns the divided difference (F V)[e0, e1, e2], with V = x X - y Y of koetter_products. Writes
+ * |x (F X)[e1, e2]| + |y (F Y)[e1, e2]|, the magnitude of terms that may cancel, to `size`. */
 INLINE dual find_difference_of_FV(const kr_kowalewski_plan *plan, int complex,
                                   const koetter_terms *t, const koetter_products *k, wide *size)
 {
@@ -656,6 +650,13 @@ INLINE dual find_w_difference_numerator(const arc_point *one, const arc_point *t
     return dual_add(dual_mul(dual_mul(one->g0, one->g0), two->D),
                     dual_mul(dual_mul(two->g0, two->g0), one->D));
 }
+/* Returns p, q, r and g3 by Koetter's formulas (Acta Math. 17 (1893) 209). N, D, d, h and g are
+ * members of `one`, a point of the first arc, and with a prime of `two`, a point of the second arc.
+ * For the root e_i of phi, g_i is g0, g.one or g.two. A and B are Koetter's constants (plan), f[]
+ * is the divided difference f[e0, e1, e2], and s = plan->sign.
+ *     a = (A G)[],  p = -(B G)[]/a,  q = -d d'/a,  G_i = s_i g_i g_i',
+ *     r = sqrt2 (A V)[]/(a Dl),  g3 = sqrt2 (B V)[]/(a Dl),  Dl = N D' - N' D,
+ *     V_i = s_j s_n (s_3 h d' g_i g_j' g_n' - s_4 h' d g_i' g_j g_n)  for different i, j and n. */
 INLINE koetter_state evaluate_koetter_formulas(const kr_kowalewski_plan *plan, int complex,
                                                const arc_point *one, const arc_point *two)
 {
@@ -698,8 +699,8 @@ typedef struct body_state {
     wide p, q, r, g1, g2, g3;
 } body_state;
 /* The horizontal part (x, y, z), along body axes, of a vector whose heading is psi plus the
- * argument of re + i im. `square` is the squared length of (x, y, z). `terms` is the squared sum of
- * the magnitudes of the terms of the vector. After cancellation, `square` is much smaller. */
+ * argument of re + i im. `square` is the squared length of (x, y, z). `terms` is the square of the
+ * sum of the magnitudes of all terms of the vector. A small square/terms indicates cancellation. */
 typedef struct heading_vector {
     wide x, y, z, square, terms, re, im;
 } heading_vector;
@@ -731,11 +732,11 @@ INLINE heading_vector find_vector_C(const body_state *b, wide S, wide S_terms)
                         wide_abs(S) * S_terms + 0.5 * Q2 * R * R + Q * (P * S_terms + Q2 * R));
     return v;
 }
-/* Returns the horizontal part of the vector B, a substitute for C where C is nearly vertical:
+/* Returns the horizontal part of the vector B, which replaces C where C is nearly vertical:
  *     B = S (-r g2, r g1 - 2 p g3, 2 p g2) + q (-2 (g2^2 + 2 p (p g1 + q g2)), 2 (g1 g2 - q l),
  *         -r (l + 2 p g1)),   S = Re z.
  * The heading of B is psi minus the sum over both w of the arguments of l (k^2 - w^2) + i F(w).
- * S_terms is the sum of the magnitudes of the terms of S, and `a` is that of Koetter's formulas. */
+ * `S_terms` is the sum of the magnitudes of the terms of S, and `a` is koetter_state.a. */
 INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
                                     const body_state *b, wide S, wide S_terms, const arc_point *one,
                                     const arc_point *two, wide a)
@@ -760,10 +761,10 @@ INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
     v.im = side * (u1 * F2 + u2 * F1);
     return v;
 }
-/* Returns the horizontal part of V = C' + omega x C, the time derivative of C in the space frame. V
- * is a substitute for C where C and B (find_vector_B) are nearly vertical. `rate` is dx/dt. If rho
- * is the length of the horizontal part of C, that of V is (rho' + i rho psi') exp(i psi) as a
- * complex number, where rho^2 = K1 K2/a^4, and K = N^2 + c D^2 on each arc. */
+/* Returns the horizontal part of C' + (p, q, r) x C, the time derivative of C in the space frame.
+ * It replaces C where C and B (find_vector_B) are nearly vertical. Let rho exp(i psi) be the
+ * horizontal part of C as a complex number. Then (rho' + i rho psi') exp(i psi) is its derivative.
+ * With a of koetter_state, rho^2 = K1 K2/a^4, where K = N^2 + c D^2 on each arc. */
 INLINE heading_vector find_derivative_of_C(const kr_kowalewski_plan *plan, const koetter_state *s,
                                            const body_state *b, wide S, const arc_point *one,
                                            const arc_point *two, const half_angle x[2],
@@ -810,15 +811,15 @@ INLINE heading_vector find_derivative_of_C(const kr_kowalewski_plan *plan, const
     return v;
 }
 
-/* The space axes as seen from the body, as rows of a rotation matrix, and the angular velocity. The
- * matrix lacks a rotation about e3 by the phase and the sine series of the heading. */
+/* The angular velocity, and the space axes along body axes: `row`. The caller still has to turn the
+ * attitude about e3 by the phase and the sine series of the heading. */
 typedef struct frame_state {
     wide row[3][3];
     wide p, q, r;
 } frame_state;
 /* Returns the space axes and the angular velocity at the angles y. `complex` is 1 if e1 is complex.
- * If `with_rates` is 1, time derivatives prevent cancellation. If it is 0, `inaccurate` becomes the
- * set of lanes in which a result loses digits to cancellation. */
+ * If `with_rates` is 1, formulas with time derivatives prevent cancellation. If `with_rates` is 0,
+ * writes the set of lanes in which a result loses digits to cancellation to `inaccurate`. */
 INLINE frame_state evaluate_frame(const kr_kowalewski_plan *plan, int complex, int with_rates,
                                   const arc_angle y[2], mask *inaccurate)
 {
@@ -843,8 +844,8 @@ INLINE frame_state evaluate_frame(const kr_kowalewski_plan *plan, int complex, i
     if (with_rates)
         R = wide_choose(mask_and(is_lost, wide_less(wide_splat(0.3), wide_abs(Q))), 2.0 * s.p.d / Q,
                         R);
-    /* xi = (p + iq)^2 + g1 + i g2 has the absolute value k and the argument of (z/Z)^2, with
-     * Z = Z1 + i Z2, Z1^2 = q^2 (w1 + k)(-k - w2), Z2^2 = q^2 (k - w1)(k - w2). */
+    /* xi = (p + iq)^2 + g1 + i g2 has the absolute value k and the argument of (z/Z)^2. Up to a
+     * positive factor, Z = Z1 + i Z2, Z1^2 = (w1 + k)(-k - w2), Z2^2 = (k - w1)(k - w2). */
     const wide S = with_rates ? -2.0 * s.q.d : g3 + P * s.r.v; /* Re z */
     const wide Z1 = one.plus.v * two.plus.v, Z2 = plan->sign[5] * one.minus.v * two.minus.v;
     const wide Z_re = (Z1 - Z2) * (Z1 + Z2), Z_im = 2.0 * Z1 * Z2, z_re = S, z_im = R * Q,
@@ -948,8 +949,8 @@ INLINE quat_lanes convert_frame_to_quaternion(const frame_state *f)
 /* The smallest y in the table of signs [turns]. No y in the table is at an end of an arc. */
 static const double first_node = -0.99;
 /* Returns the sign (-1 or 1) of the scalar product of q and the nearest entry of the table of
- * signs. `turns` contains y1 and y2, from -1 to 1 turn. The table repeats itself every two turns.
- * If the nearest entry is in the period before or after the table, adds -1 or 1 to `wraps`. */
+ * signs, given y1 and y2 from -1 to 1 turn in `turns`. The table repeats itself every two turns. If
+ * the nearest entry is before or after the table, adds -1 or 1 to wraps[0] (y1) or wraps[1]. */
 INLINE wide find_quaternion_sign(const kr_kowalewski_plan *plan, quat_lanes q, const wide turns[2],
                                  wide wraps[2])
 {
