@@ -6,8 +6,9 @@
 #include "quat_simd_dd.h"
 #include "series.h"
 
-/* Evaluates a Taylor series at the time *to, and writes (q | P) to x, and W to w. tail->sum returns
- * the sum of the terms after `head`, divided by (*to - s->t)^(head + 1). */
+/* Evaluates a Taylor series at the time *to, and writes (q | P) to x, and W to w. tail->sum
+ * computes the sum of the terms after `head`, divided by (*to - s->t)^(head + 1), in double
+ * precision. */
 INLINE void evaluate_mixed_precision(const kr_series *s, int head, const kr_tail *tail,
                                      const double *to, double *x, double *w)
 {

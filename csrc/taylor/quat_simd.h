@@ -36,9 +36,10 @@
 #  define PER_ORDER INLINE
 #endif
 
-/* NATIVE(T, lanes, fused) defines T as a hardware vector, and PAIRED(T, half, lanes) defines T as a
- * pair of vectors of type `half`, with T_load, T_store, T_splat (copies a number to all lanes),
- * T_add, T_sub, T_mul, and T_fma(a, b, c) = a * b + c. `fused` is the expression for T_fma. */
+/* NATIVE(T, lanes, fused) defines T as a hardware vector of doubles, and PAIRED(T, half, lanes)
+ * defines T as a pair of vectors of type `half`. Both define T_load, T_store, T_splat (copies a
+ * number to all lanes), T_add, T_sub, T_mul, and T_fma(a, b, c), which returns a * b + c. NATIVE
+ * computes T_fma by the expression `fused`. */
 #define NATIVE(T, lanes, fused)                                                                    \
     typedef double T __attribute__((vector_size(8 * lanes)));                                      \
     typedef double T##_at __attribute__((vector_size(8 * lanes), aligned(8), may_alias));          \
@@ -135,9 +136,9 @@ INLINE quad quad_zxy(quad a)
 
 /* A `duo` is a pair of quaternions. duo_permute_i applies quad_permute_i to both quaternions, and
  * so on. duo_first and duo_second return one quaternion of the pair. duo_yzx_zxy(a) is the pair of
- * quad_yzx(a) and quad_zxy(a), and duo_zxy_yzx(a) is the same pair in reverse order.
- * duo_splat_lane_of returns w[lane] in all SIMD lanes, where `lane` is 1, 2 or 3. `permuted` must
- * be duo_yzx_zxy of the quad at w. Hardware vectors of eight lanes copy the number from `permuted`,
+ * quad_yzx(a) and quad_zxy(a), and duo_zxy_yzx(a) is this pair in reverse order. duo_splat_lane_of
+ * returns w[lane] in all SIMD lanes, where `lane` is 1, 2 or 3. `permuted` must be duo_yzx_zxy(a)
+ * for the quad `a` stored at w. Hardware vectors of eight lanes copy the number from `permuted`,
  * because a load of w[lane] from memory would be slower. */
 #if defined KR_AVX512 && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
@@ -174,8 +175,7 @@ INLINE duo duo_splat_lane_of(duo permuted, const double *w, int lane)
 
 /* If SIDE_BY_SIDE is 1, series.h adds the terms of a sum in two parallel chains, which hides
  * latency. Instruction sets without fused multiply-add have too few vector registers for two
- * chains. scalar_fma(a, b, c) returns a * b + c, by a fused multiply-add if the hardware has
- * one. */
+ * chains. scalar_fma returns a * b + c, by a fused multiply-add if the hardware has one. */
 #if defined KR_FUSED
 enum { SIDE_BY_SIDE = 1 };
 INLINE double scalar_fma(double a, double b, double c) { return fma(a, b, c); }

@@ -52,8 +52,8 @@ enum {
 typedef struct {
     duo ahead, behind;
 } turned_vector;
-/* turned[n]: permutations of Taylor coefficients. `w` contains those of W_n. `u` is (next | prev)
- * of U_n, with TURNS. `fixed` is (prev | next) of O_n with TURNS, and of P_n with HEADLESS. */
+/* The element turned[n]: `w` contains the permutations of W_n. With TURNS, `u` is (next | prev) of
+ * U_n, and `fixed` is (prev | next) of O_n. With HEADLESS, `fixed` is (prev | next) of P_n. */
 typedef struct {
     turned_vector w;
     duo u, fixed;
@@ -63,7 +63,7 @@ typedef struct {
 typedef struct {
     duo i, j, k; /* unless HEADLESS: the x, y and z component of V_j times x_m */
     duo p;       /* if HEADLESS: (next(V_j) * prev(P_m) | prev(V_j) * next(P_m)) */
-    duo cross;   /* both halves together: next(W_j) * prev(W_m) */
+    duo cross;   /* its halves add up to next(W_j) * prev(W_m) */
     duo support; /* if TURNS: (next(U_j) * prev(O_m) | prev(U_j) * next(O_m)) */
     duo pulled;  /* if SHAKES: G_j x_m */
 } series_sums;
@@ -77,14 +77,14 @@ INLINE void store_and_permute(double *to, turned_vector *permuted, quad value)
 }
 
 /* Adds the constants of the rotor, s->shift (taylor.h), to w0->behind = (prev(W_0) | next(W_0)), so
- * that the products with it in series_sums.cross include the torque of the rotor. */
+ * that the products in series_sums.cross include the torque of the rotor. */
 INLINE void add_rotor_terms(const kr_series *s, turned_vector *w0)
 {
     w0->behind = duo_add(w0->behind, duo_load(s->shift));
 }
-/* Returns the term of series_sums.cross with m = j: (next(W_j) * prev(W_j) | prev(W_j) *
- * next(W_j)), halved because both halves are equal. `w` is turned[j].w. If j is 0, w.behind
- * contains the constants of the rotor. They are added once more, because they are halved, too. */
+/* Returns the term of series_sums.cross with m = j, where `w` is turned[j].w: half of the duo
+ * (next(W_j) * prev(W_j) | prev(W_j) * next(W_j)), because its halves are equal. If j is 0, adds
+ * the constants of the rotor in w.behind a second time, to compensate the factor 1/2. */
 INLINE duo find_middle_cross_term(const kr_series *s, turned_vector w, int j)
 {
     if (j == 0) add_rotor_terms(s, &w);
@@ -113,8 +113,9 @@ INLINE void add_products(series_sums *a, const kr_series *s, const kr_series *ow
     if (terms & TURNS) a->support = duo_fma(u, turned[m].fixed, a->support);
     if (terms & SHAKES) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
-/* Adds the products with the indices (j, m) to `a`, and those with (m, j) to `b`, but adds both to
- * a->cross: next(W_j) * prev(W_m) to its first half, next(W_m) * prev(W_j) to its second half. */
+/* Adds the products with the indices (j, m) to `a`, and the products with (m, j) to `b`. Of
+ * `cross`, adds next(W_j) * prev(W_m) to the first half in `a`, and next(W_m) * prev(W_j) to the
+ * second. */
 INLINE void add_product_pair(series_sums *a, series_sums *b, const kr_series *s,
                              const kr_series *own, const turned_term *turned, int j, int m,
                              int terms)
@@ -164,8 +165,9 @@ INLINE duo next_attitude_coefficient(const series_sums *a, duo share)
     return duo_fma(duo_scale(sign_k, share), duo_permute_k(a->k), ij);
 }
 
-/* Returns b_n for a vector b with b' = b x U, such as P or O. `products` is the sum of order n - 1
- * of (next(U) * prev(b) | prev(U) * next(b)). b x U is the second half minus the first. */
+/* Returns b_n for a vector b with b' = b x U, such as P or O. `products` is the coefficient of
+ * order n - 1 of (next(U) * prev(b) | prev(U) * next(b)); b x U is the second half minus the first
+ * half. */
 INLINE quad find_cross_coefficient(duo products, int n)
 {
     return quad_fma(quad_reciprocal(-n), duo_first(products),
@@ -234,8 +236,8 @@ INLINE quad find_gravity_gradient_products(const kr_series *s, int n)
     return sum;
 }
 /* Stores `w` as W_n in s->w[n], and U_n = W_n - O_n in own->w[n], where O_n is `o`, or 0 if `turns`
- * is 0. Stores permutations in turned[n]. If the top slides and `is_known` is 0, also stores the
- * spin of order n in lane 0 of W_n. */
+ * is 0. Stores their permutations in turned[n]. If the top slides and `is_known` is 0, stores the
+ * n-th coefficient of the spin in lane 0 of W_n. */
 INLINE void set_velocities(kr_series *s, kr_series *own, turned_term *turned, int n, quad w, quad o,
                            int turns, int is_known)
 {
@@ -295,9 +297,8 @@ INLINE void set_next_coefficients(kr_series *s, kr_series *own, turned_term *tur
     store_and_permute(s->w[n + 1], &turned[n + 1].w, w);
 }
 
-/* Returns log2 of a normal number x > 0, or about -1023 for x = 0. The error, less than 0.05,
- * hardly affects a step size, because the logarithm is divided by the order. Much faster than
- * libm. */
+/* Returns log2(x), much faster than libm, for a normal number x > 0, and about -1023 for x = 0. The
+ * error, less than 0.05, hardly affects a step size, because it is divided by the order. */
 INLINE double approx_log2(double x)
 {
     int64_t bits;

@@ -38,9 +38,9 @@ enum { KR_TAYLOR_MAX = KR_LAST_30 };
 /* Taylor series of one step of the motion, from the time t to the time `end`. Access is fastest if
  * the struct is aligned to 64 bytes. At 20 and 30 digits, two adjacent structs hold the high and
  * the low words of the double-double numbers. A vector of eight lanes, (q | P), holds the attitude
- * q and the pure quaternion P. P is computed together with q, in the same time as q alone, because
- * the products q i and P x i are the same permutation up to signs and zeros, and so on for j and k.
- * If skip_heading (kreisel.h) is set, q is not computed, and its SIMD lanes are zero. */
+ * q and the pure quaternion P. With hardware vectors of eight lanes, P takes no extra time, because
+ * the products q i and P x i permute the components in the same way up to signs and zeros, and so
+ * on for j and k. If skip_heading (kreisel.h) is set, q is not computed, and its lanes are zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
     double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */
@@ -49,8 +49,8 @@ typedef struct kr_series {
     double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic permutations */
     double drag[4];              /* -Dx / Ax; and cyclic permutations */
     /* The terms of the rotor. shift[1] = -hz / (Ay - Az) is added to the x component of prev(W_0),
-     * and shift[5] = hy / (Ay - Az) to the x component of next(W_0); and cyclic permutations. Terms
-     * without a rotor are -0, because x + -0 equals x for every x, even -0. */
+     * and shift[5] = hy / (Ay - Az) to the x component of next(W_0); and cyclic permutations.
+     * Elements without a rotor are -0, because x + -0 equals x for every x, even for x = -0. */
     double shift[8];
     double t, end, at;
     double linear; /* linear terms in W: 0 none; 1 drag; 2 drag and those of series.h */
