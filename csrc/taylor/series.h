@@ -113,9 +113,9 @@ INLINE void add_products(series_sums *a, const kr_series *s, const kr_series *ow
     if (terms & TURNS) a->support = duo_fma(u, turned[m].fixed, a->support);
     if (terms & SHAKES) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
-/* Adds the products with the indices (j, m) to `a`, and the products with (m, j) to `b`. Of
- * `cross`, adds next(W_j) * prev(W_m) to the first half in `a`, and next(W_m) * prev(W_j) to the
- * second. */
+/* Adds the products with the indices (j, m) to `a`, and the products with (m, j) to `b`, except for
+ * `cross`: adds next(W_j) * prev(W_m) to the first half of a->cross, and next(W_m) * prev(W_j) to
+ * the second half. */
 INLINE void add_product_pair(series_sums *a, series_sums *b, const kr_series *s,
                              const kr_series *own, const turned_term *turned, int j, int m,
                              int terms)
@@ -165,9 +165,8 @@ INLINE duo next_attitude_coefficient(const series_sums *a, duo share)
     return duo_fma(duo_scale(sign_k, share), duo_permute_k(a->k), ij);
 }
 
-/* Returns b_n for a vector b with b' = b x U, such as P or O. `products` is the coefficient of
- * order n - 1 of (next(U) * prev(b) | prev(U) * next(b)); b x U is the second half minus the first
- * half. */
+/* Returns b_n for a vector b with b' = b x U, such as P or O. `products` is the sum of order n - 1
+ * of (next(U) * prev(b) | prev(U) * next(b)), whose second half minus first half is b x U. */
 INLINE quad find_cross_coefficient(duo products, int n)
 {
     return quad_fma(quad_reciprocal(-n), duo_first(products),
