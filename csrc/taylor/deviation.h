@@ -1,17 +1,17 @@
 /* Implements the Taylor series declared in tangents.h: computes the coefficients and evaluates the
  * series. This source file is compiled for single tangents (deviation_single.h) and for batches of
  * eight (deviation_batch.h), each in double and in double-double precision. In the comments, a
- * tangent `g` is a single tangent or a batch. The two headers each define four types. A `triple`
- * holds the three components of a vector of a tangent. A `path_term` holds a Taylor coefficient of
- * W or P of the path. A `turned` is a triple whose components are permuted for multiplication by a
- * path_term. The type `halves` holds next(a) * prev(b) and prev(a) * next(b), whose difference is
- * a x b, or sums of such products; next and prev are those of taylor.h. The header
- * deviation_single.h explains the constants AT_ONCE, BLOCK, BEFORE, CHAINS and STRUCTS. */
+ * tangent `g` is a single tangent or a batch, and the path is the motion of the top. Both headers
+ * define four types. A `triple` holds the three components of a vector of a tangent. A `path_term`
+ * gives a Taylor coefficient of W or P of the path. A `turned` is a triple, prepared for the
+ * product with a path_term. For a turned a and a path_term b, `halves` holds next(a) * prev(b) and
+ * prev(a) * next(b) (taylor.h), whose difference is a x b, or sums of such products. The constants
+ * AT_ONCE, BLOCK, BEFORE, CHAINS and STRUCTS are explained in deviation_single.h. */
 #include "tangents.h"
 
-/* Taylor coefficients, prepared for multiplication. For the path, w[BEFORE + n] and p[BEFORE + n]
- * are the coefficients of W and P (taylor.h); the elements before are zero. For a tangent, turn[n],
- * push[n] and cross[n] are the coefficients of theta, N (tangents.h) and c x theta. */
+/* Taylor coefficients, prepared for products. w[BEFORE + n] and p[BEFORE + n] are W_n and P_n of
+ * the path (taylor.h). The elements before n = 0 are zero. turn[n], push[n] and cross[n] are the
+ * n-th coefficients of theta, N (tangents.h) and c x theta of a tangent. */
 typedef struct {
     path_term w[KR_TAYLOR_MAX + BEFORE], p[KR_TAYLOR_MAX + BEFORE];
 } turned_path;
@@ -19,8 +19,8 @@ typedef struct {
     turned turn[KR_TAYLOR_MAX + BLOCK], push[KR_TAYLOR_MAX + BLOCK], cross[KR_TAYLOR_MAX + BLOCK];
 } turned_deviation;
 
-/* Stores the n-th Taylor coefficients of theta (`turn`) and N (`push`) in g, and with permuted
- * components in d, together with c x theta. */
+/* Stores the n-th Taylor coefficients of theta (`turn`) and N (`push`) in g, and, prepared for
+ * products, the n-th coefficients of theta, N and c x theta in d. */
 INLINE void store_coefficients(kr_tangent *g, turned_deviation *d, int n, triple turn, triple push)
 {
     const triple up = load_common(g->up), down = load_common(g->down);
@@ -36,8 +36,8 @@ INLINE triple triple_cross(triple a, triple b)
     return triple_sub(triple_mul(triple_yzx(a), triple_zxy(b)),
                       triple_mul(triple_zxy(a), triple_yzx(b)));
 }
-/* Returns 1 / (n + 1) times the n-th coefficient of D (theta' - theta x W) + theta x (D W), the
- * damping term of -N' (tangents.h). The arguments are 1 / (n + 1) times the n-th coefficients of
+/* Returns 1 / (n + 1) times the n-th coefficient of D (theta' - theta x W) + theta x (D W), which
+ * is subtracted in N' (tangents.h). The arguments are 1 / (n + 1) times the n-th coefficients of
  * theta' (`rate`), next(theta) * prev(W) (`plus`), and prev(theta) * next(W) (`minus`). */
 INLINE triple find_damping_change(const kr_tangent *g, triple rate, triple plus, triple minus)
 {
@@ -58,7 +58,7 @@ INLINE void add_products(deviation_sums *a, const turned_path *path, const turne
     a->cross = halves_fma(d->cross[j], path->p[BEFORE + m], a->cross);
 }
 /* Computes the Taylor coefficients of order n + 1 of the tangent g, and stores them in g and d. `a`
- * and `b` are the parts of the Cauchy products of order n with even and with odd terms. */
+ * contains the terms of the Cauchy products with even j, and `b` those with odd j. */
 INLINE void set_next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *d, int n,
                                const deviation_sums *a, const deviation_sums *b)
 {
@@ -85,9 +85,9 @@ INLINE void set_next_deviation(const kr_series *s, kr_tangent *g, turned_deviati
     if (g->damped != 0.0) force = triple_sub(force, find_damping_change(g, rate, plus, minus));
     store_coefficients(g, d, n + 1, rate, force);
 }
-/* For j = first, first + 2, ... <= n, adds the products of the j-th coefficients of tangent k with
- * the (n - j)-th coefficients of the path to a[k], for k < count. If CHAINS is 2, adds the products
- * for j = first + 1, first + 3, ... <= n to b[k]. */
+/* For j = first, first + 2, ... <= n, adds the products (deviation_sums) of the j-th coefficients
+ * of tangent k with the (n - j)-th coefficients of the path to a[k], for k < count. If CHAINS is 2,
+ * adds the products for j = first + 1, first + 3, ... <= n to b[k]. */
 INLINE void add_alternate_products(deviation_sums *a, deviation_sums *b, const turned_path *path,
                                    const turned_deviation *d, int count, int first, int n)
 {
@@ -102,8 +102,7 @@ INLINE void add_alternate_products(deviation_sums *a, deviation_sums *b, const t
         }
     }
 }
-/* Computes the Taylor coefficients of order n + 1 of the first `count` tangents in `g`. The even
- * and the odd terms of the Cauchy products are summed separately. */
+/* Computes the Taylor coefficients of order n + 1 of `count` tangents, of which g is the first. */
 INLINE void set_next_group_coefficients(const kr_series *s, const turned_path *path, kr_tangent *g,
                                         turned_deviation *d, int count, int n)
 {
@@ -128,8 +127,8 @@ INLINE void expand_tangent_group(const kr_series *s, const turned_path *path, kr
     }
     for (int n = 0; n < order; n++) set_next_group_coefficients(s, path, g, d, count, n);
 }
-/* Computes the Taylor coefficients 1 to `order` of the first `count` tangents in `g`, given those
- * of order 0 and the path `s`. */
+/* Computes the Taylor coefficients 1 to `order` of `count` tangents, of which g is the first. Given
+ * are their coefficients of order 0, and the series `s` of the path. */
 INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t count, int order)
 {
     turned_path path;

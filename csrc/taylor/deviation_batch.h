@@ -1,7 +1,8 @@
 /* Implements the types and operations of deviation.h for batches of eight tangents. Each lane of a
  * SIMD vector holds one tangent. A triple consists of three vectors, one for each axis, so cyclic
- * permutations take no time. The even terms of a Cauchy product are summed before the odd terms
- * (CHAINS = 1), because there are too few vector registers to sum both at once. */
+ * permutations take no time. A turned is an unchanged triple. A path_term points to a coefficient.
+ * The even terms of a Cauchy product are summed before the odd terms (CHAINS = 1), because there
+ * are too few vector registers to sum both at once. */
 #include "tangents.h"
 
 enum {

@@ -1,6 +1,6 @@
 /* Implements the types and operations of deviation.h for single tangents: a `triple` is (0,x,y,z),
  * a `turned` is (0,y,z,x | 0,z,x,y), and a `path_term` is (0,z,x,y | 0,y,z,x). Three tangents are
- * computed in parallel, because the instructions for a single tangent depend on each other. */
+ * computed in parallel, because each instruction for one tangent must wait for the previous one. */
 #include "tangents.h"
 
 enum {

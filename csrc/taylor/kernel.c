@@ -25,9 +25,9 @@ PER_ORDER void end_step_by_tolerance(kr_series *s, int order, double log2_tol, d
 }
 
 /* Compilers unroll only loops of constant length, so each order n has its own functions. STEP
- * defines a function that computes a step of order n; `form` selects the function for the
- * coefficients. KERNELS defines all functions of order n. ORDERS applies a macro to all orders.
- * WHOLE_KERNEL (with the attitude q) and HEADLESS_KERNEL (without q) are entries of tables. */
+ * defines a function that computes a step of order n. `form` is with_heading or without_heading.
+ * KERNELS(n) defines all functions of order n. ORDERS(X) expands to X(n) for every order n.
+ * WHOLE_KERNEL (with q) and HEADLESS_KERNEL (without q) are elements of the tables below. */
 #define STEP(form, n)                                                                              \
     static void step_##form##_##n(kr_series *s, double log2_tol, double direction)                 \
     {                                                                                              \
@@ -60,10 +60,10 @@ TAIL(20)
 TAIL(30)
 const kr_tail KR_NAME(kr_tail)[KR_DEPTHS] = {{expand_20, sum_20}, {expand_30, sum_30}};
 
-/* Adds the product of the power series `a` and `b` to the series c, up to the coefficient c[order]
- * or a few more (kr_step_polynomial.product in method.h). Seven zeros precede b[0], and zeros
- * follow the last coefficients of a and b. The products with even and with odd coefficients of `a`
- * are summed in two parallel chains. */
+/* Adds the product of the power series with the coefficients a and b to c, for c[0] to c[N], where
+ * N + 1 is the least multiple of eight that exceeds `order` (method.h). Seven zeros precede b[0],
+ * and zeros follow the last coefficients of a and b, up to a[N] and b[N]. The products with even
+ * and with odd coefficients of `a` are summed in two parallel chains. */
 void KR_NAME(kr_product)(const double *a, const double *b, int order, double *c)
 {
     for (int n = 0; n <= order; n += 8) {

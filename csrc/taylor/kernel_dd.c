@@ -1,13 +1,13 @@
 /* Taylor series with 20 and 30 digits. The terms 0 to `head` of a series are computed in
- * double-double precision, and the terms head + 1 to `last`, the tail, in double precision. The
- * terms in double-double precision are about a third of all terms for 20 digits, and about half for
- * 30 digits. This file is compiled once for each instruction set. */
+ * double-double precision, and the terms head + 1 to `last`, the tail, in double precision
+ * (kernel.c). The terms in double-double precision are about a third of all terms for 20 digits,
+ * and about half for 30 digits. This file is compiled once for each instruction set. */
 #define KR_LONG_FUNCTIONS
 #include "quat_simd_dd.h"
 #include "series.h"
 
-/* Evaluates a Taylor series at the time `to`, and writes the values of (q | P) and W to x and w.
- * `tail` contains the functions for the tail. */
+/* Evaluates a series at the time *to, and writes (q | P) to x, and W to w. tail->sum computes the
+ * sum of the terms after `head` in double precision, divided by (*to - s->t)^(head + 1). */
 INLINE void evaluate_mixed_precision(const kr_series *s, int head, const kr_tail *tail,
                                      const double *to, double *x, double *w)
 {

@@ -1,5 +1,5 @@
-/* Tangents in double-double precision, for results with 20 and 30 digits. This file is compiled
- * once for each instruction set. */
+/* Single tangents in double-double precision, for results with 20 and 30 digits. This file is
+ * compiled once for each instruction set. */
 #define KR_LONG_FUNCTIONS
 #include "quat_simd_dd.h"
 enum { WORDS = 2 };

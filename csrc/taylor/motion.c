@@ -2,8 +2,8 @@
  * as long as the tolerance permits, independently of the requested times. A state within a step is
  * obtained by a single evaluation of the Taylor series. The equations and symbols are those of
  * taylor.h, and the step size follows Jorba and Zou (2005). Integrals of the motion are conserved
- * only up to the tolerance. The unit of time of the series is 1 / rate in units of kr_motion, where
- * the power of two `rate` is so large that |W| < 1 and Taylor coefficients do not overflow. */
+ * only up to the tolerance. The unit of time of the series is 1 / rate internal units (method.h).
+ * `rate` is a power of two, so large that |W| < 1 and Taylor coefficients do not overflow. */
 #include <float.h>
 #include "model/scene.h"
 #include "math/su2_dd.h"
@@ -20,10 +20,10 @@ static double step_log2_tolerance(const kr_motion *motion)
     if (motion->digits > 16) return -70.0;
     return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
-/* Returns the kernel of the order that is fastest for the tolerance 2^*log2_tol. The higher the
- * order, the larger is the truncation error relative to the last Taylor term. For high orders,
- * *log2_tol is therefore lowered by `less`, but not below -53. docs/theory/taylor.md states how the
- * orders and the values of `less` were measured. */
+/* Returns the kernel of the order that is fastest for the tolerance 2^*log2_tol, or the kernel for
+ * 20 or 30 digits. The higher the order, the larger is the truncation error relative to the last
+ * Taylor term. For the higher orders, *log2_tol is therefore lowered by `less`, but not below -53.
+ * The orders and the values of `less` were measured (docs/theory/taylor.md). */
 static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {
@@ -48,10 +48,10 @@ static const kr_support_ops *find_support_ops(const kr_motion *motion)
 {
     return kr_support_moves(motion->scene) ? kr_method_taylor.supports : NULL;
 }
-/* Returns `rate`, given the initial angular velocity W: a power of two that exceeds a bound on |W|,
- * the rates of the damping and of the rotor, and the rates of the support and, unless `is_held` is
- * nonzero, of the friction. Damping does not increase the energy. The kinetic energy T, initially
- * T0, therefore satisfies (least moment of inertia) |W|^2 <= 2 T <= 2 T0 + 4 |c|. */
+/* Returns `rate` for the initial angular velocity W: a power of two that exceeds bounds on |W| and
+ * on the rates of damping, rotor, support and (if `is_held` is 0) friction. The bound on |W|^2 is
+ * ((initial kinetic energy) + 2 |lever|) * 2 / (least moment of inertia), because the potential
+ * energy changes by at most 2 |lever|, and damping does not increase the energy. */
 static double choose_frequency_unit(const kr_motion *motion, kr_vec3 W, int is_held)
 {
     const kr_support_ops *supports = find_support_ops(motion);
@@ -65,9 +65,9 @@ static double choose_frequency_unit(const kr_motion *motion, kr_vec3 W, int is_h
     frexp(supports ? fmax(own, supports->rate(motion, W, is_held)) : own, &exponent);
     return ldexp(1.0, exponent);
 }
-/* Returns the attitude q, given the values x of (q | P). If skip_heading is set, returns the
- * rotation by the smallest angle that takes P to the vertical e3. Because |P| is close to 1, two
- * terms of the series for 1 / |P| suffice. */
+/* Returns the attitude q, given the values x of (q | P). If skip_heading (kreisel.h) is set,
+ * returns the inverse of q_tilt(P) (math/su2.h), which rotates P to e3. For the normalization of P,
+ * two terms of the series for 1 / |P| suffice, because |P| is close to 1. */
 static kr_quat series_attitude(const kr_motion *motion, const double x[8])
 {
     const kr_vec3 P = v3(x[5], x[6], x[7]);
@@ -82,8 +82,8 @@ static void read_plain_state(const kr_taylor *p, const kr_motion *motion, const 
     s->q = series_attitude(motion, x);
     s->m = q_turn(s->q, motion_add_rotor(motion, M));
 }
-/* Converts the values at_x and at_w of the series to a state in double-double precision. Stores its
- * high words in `to`, and its low words in motion->low. */
+/* Converts the values at_x and at_w of the series to a state in double-double precision. Stores the
+ * high words of the state in `to`, and its low words in motion->low. */
 static void read_extended_state(const kr_taylor *p, kr_motion *motion, kr_state *to)
 {
     const kr_series *s = p->series;
@@ -199,8 +199,8 @@ static void taylor_evaluate(kr_motion *motion, double clock, kr_state *s)
     const double begin = p->series->t, end = p->series->end;
     p->series[0].at = p->rate * clock;
     p->series[1].at = p->rate * motion->low.t;
-    /* Only rounding errors can place `clock` outside the step, where the Taylor series is not
-     * accurate. In this case, the nearer end of the step is used instead. */
+    /* Replaces a time outside the step by the nearer end of the step, because the Taylor series is
+     * accurate only within the step. Only rounding errors can place `clock` outside the step. */
     const double before = begin - p->series->at, behind = p->series->at - end;
     if (before * behind < 0.0) {
         p->series[0].at = fabs(before) < fabs(behind) ? begin : end;

@@ -1,10 +1,10 @@
-/* Vectors of doubles: a `quad` holds one quaternion (w,x,y,z), and a `duo` holds two. A quad or duo
- * is a single hardware vector if the instruction set has vectors of this width, else a pair of
- * vectors of half the width, and so on down to single doubles. Hardware vectors have 8 lanes on
- * x86-64-v4, 4 lanes on x86-64-v3, and 2 lanes on baseline x86-64 and on arm64. The operation fma
- * is a fused multiply-add if the hardware has one, and a product followed by a sum otherwise.
- * Numerical results depend on the hardware only through the availability of a fused multiply-add.
- * This header is compiled once for each instruction set. */
+/* Vectors of doubles: a `quad` holds one quaternion (w,x,y,z), and a `duo` holds two. Each type is
+ * a single hardware vector if the instruction set has vectors of its width, and else a pair of
+ * vectors of half the width. Hardware vectors have 8 lanes on x86-64-v4, 4 lanes on x86-64-v3, and
+ * 2 lanes on baseline x86-64 and on arm64. With KR_PLAIN (math/isa.h), the smallest vectors are
+ * single doubles. The operation fma is a fused multiply-add if the hardware has one, and a product
+ * followed by a sum otherwise. Numerical results depend on the hardware only through the
+ * availability of a fused multiply-add. This header is compiled once for each instruction set. */
 #ifndef KR_QUAT_SIMD_H
 #define KR_QUAT_SIMD_H
 #include "math/isa.h"
@@ -19,11 +19,11 @@
 #else
 #  define ALIGNED
 #endif
-/* UNROLL, before a loop over the terms of a series, requests that the compiler unroll the loop. The
- * order of the series must then be a compile-time constant. PER_ORDER therefore inlines a function
- * with such loops, so that each order has its own copy. Up to 28 copies of a loop body fit in the
- * instruction cache only if vectors have eight lanes. For shorter vectors, and if KR_ROLLED is
- * defined, loops are not unrolled, and a PER_ORDER function is compiled only once. */
+/* UNROLL, before a loop over the terms of a series, requests that the compiler unroll the loop,
+ * whose length must be a compile-time constant. PER_ORDER declares an inline function with such
+ * loops, so that each order of a series has its own copy. If vectors have fewer than eight lanes,
+ * unrolled loops would not fit in the instruction cache. In this case, and if the build defines
+ * KR_ROLLED, UNROLL has no effect, and a PER_ORDER function is compiled only once. */
 #if !defined KR_AVX512 || defined KR_PLAIN || defined KR_ROLLED
 #  define UNROLL
 #  define PER_ORDER static
@@ -36,9 +36,10 @@
 #  define PER_ORDER INLINE
 #endif
 
-/* NATIVE and PAIRED define a vector type T and the operations common to all widths: load, store,
- * splat (copy a number to all lanes), add, sub, mul, fma. NATIVE defines T as a hardware vector;
- * `fused` is an expression for a * b + c. PAIRED defines T as a pair of vectors of type `half`. */
+/* NATIVE(T, lanes, fused) defines T as a hardware vector of doubles, and PAIRED(T, half, lanes)
+ * defines T as a pair of vectors of type `half`. Both define T_load, T_store, T_splat (copies a
+ * number to all lanes), T_add, T_sub, T_mul, and T_fma(a, b, c), which returns a * b + c. NATIVE
+ * computes T_fma by the expression `fused`. */
 #define NATIVE(T, lanes, fused)                                                                    \
     typedef double T __attribute__((vector_size(8 * lanes)));                                      \
     typedef double T##_at __attribute__((vector_size(8 * lanes), aligned(8), may_alias));          \
@@ -106,9 +107,9 @@ NATIVE(two, 2, a *b + c)
 #  define two_mix(a, i, b, j) __builtin_shufflevector(a, b, i, 2 + j)
 #endif
 
-/* A `quad` is a quaternion (w,x,y,z). quad_permute_i, quad_permute_j and quad_permute_k
- * return (x,w,z,y), (y,z,w,x) and (z,y,x,w), which are its products with i, j and k up to signs.
- * quad_yzx and quad_zxy return (w,y,z,x) and (w,z,x,y), with (x,y,z) permuted cyclically. */
+/* A `quad` is a quaternion (w,x,y,z). quad_permute_i, quad_permute_j and quad_permute_k return
+ * (x,w,z,y), (y,z,w,x) and (z,y,x,w). Up to the signs of components, these are the products of the
+ * quaternion with i, j and k. quad_yzx and quad_zxy return (w,y,z,x) and (w,z,x,y). */
 #if defined KR_AVX2 && !defined KR_PLAIN
 NATIVE(quad, 4, _mm256_fmadd_pd(a, b, c))
 #  define quad_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -133,12 +134,12 @@ INLINE quad quad_zxy(quad a)
 }
 #endif
 
-/* A `duo` is a pair of quaternions. duo_permute_i, duo_permute_j and duo_permute_k apply the
- * functions of a `quad` with the same ending to both quaternions. duo_first and duo_second return
- * one quaternion of the pair. duo_yzx_zxy and duo_zxy_yzx return a duo of both cyclic
- * permutations of one quad. duo_splat_lane_of returns w[lane], with lane = 1, 2 or 3, in all
- * SIMD lanes. `permuted` must be duo_yzx_zxy of w: if SIMD vectors have eight lanes, the number
- * is copied from `permuted`, because loading w[lane] from memory would be slower. */
+/* A `duo` is a pair of quaternions. duo_permute_i applies quad_permute_i to both quaternions, and
+ * so on. duo_first and duo_second return one quaternion of the pair. duo_yzx_zxy(a) is the pair of
+ * quad_yzx(a) and quad_zxy(a), and duo_zxy_yzx(a) is this pair in reverse order. duo_splat_lane_of
+ * returns w[lane] in all SIMD lanes, where `lane` is 1, 2 or 3. `permuted` must be duo_yzx_zxy(a)
+ * for the quad `a` stored at w. Hardware vectors of eight lanes copy the number from `permuted`,
+ * because a load of w[lane] from memory would be slower. */
 #if defined KR_AVX512 && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -172,9 +173,9 @@ INLINE duo duo_splat_lane_of(duo permuted, const double *w, int lane)
 }
 #endif
 
-/* SIDE_BY_SIDE is 1 if the terms of a sum are added in two parallel chains, which hides instruction
- * latency. Instruction sets with fused multiply-add have enough vector registers for two chains.
- * The function scalar_fma returns a * b + c, by a fused multiply-add if the hardware has one. */
+/* If SIDE_BY_SIDE is 1, series.h adds the terms of a sum in two parallel chains, which hides
+ * latency. Instruction sets without fused multiply-add have too few vector registers for two
+ * chains. scalar_fma returns a * b + c, by a fused multiply-add if the hardware has one. */
 #if defined KR_FUSED
 enum { SIDE_BY_SIDE = 1 };
 INLINE double scalar_fma(double a, double b, double c) { return fma(a, b, c); }
@@ -183,10 +184,10 @@ enum { SIDE_BY_SIDE = 0 };
 INLINE double scalar_fma(double a, double b, double c) { return a * b + c; }
 #endif
 
-/* The header quat_simd_dd.h redefines the following operations for double-double numbers.
- * duo_splat_lane returns w[lane] in all SIMD lanes. duo_scale multiplies the eight lanes of
- * `a` by eight numbers that are exact in double precision. duo_span and quad_span return
- * *to - *from, and duo_reciprocal and quad_reciprocal return 1 / n, in all lanes. */
+/* duo_splat_lane returns w[lane] in all SIMD lanes. duo_scale multiplies the lanes of `a` by the
+ * eight numbers `exact`. duo_span and quad_span return *to - *from in all lanes, and duo_reciprocal
+ * and quad_reciprocal return 1 / n. In double-double precision (quat_simd_dd.h), `w`, `from` and
+ * `to` point to high words, but the numbers `exact` are doubles. */
 INLINE duo duo_splat_lane(const double *w, int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }

@@ -16,8 +16,8 @@ INLINE const double *low_words(const double *hi)
 INLINE double *writable_low_words(double *hi) { return (double *)((char *)hi + sizeof(kr_series)); }
 
 /* PRODUCT_ERROR defines a function T_error(a, b, ab) for vectors of type T, which returns the exact
- * a * b minus its rounded value ab. Without fused multiply-add, T_top splits the factors into
- * halves of 26 bits (Dekker 1971). */
+ * product of a and b minus the rounded product ab. Without fused multiply-add, T_error splits each
+ * factor into halves of 26 bits (Dekker 1971), and T_top returns the upper half. */
 #if defined KR_FMA || defined __aarch64__
 #  define PRODUCT_ERROR(T)                                                                         \
       INLINE T T##_error(T a, T b, T ab) { return T##_fma(a, b, T##_sub(T##_splat(0.0), ab)); }
@@ -37,9 +37,9 @@ INLINE double *writable_low_words(double *hi) { return (double *)((char *)hi + s
 #endif
 
 /* DOUBLED defines a type D of double-double vectors, whose members hi and lo are vectors of type T,
- * and the operations D_add, D_mul and so on. For speed, the results of add, fma and product are not
- * normalized: |lo| may be a few units in the last place of hi. The results of mul and the numbers
- * that `store` writes are normalized: |lo| is at most half a unit in the last place of hi. */
+ * and the operations D_add, D_mul and so on. D_mul and D_store normalize the numbers that they
+ * return or write: |lo| is at most half a unit in the last place of hi. For speed, D_add, D_fma,
+ * and D_product, which returns a product like D_mul, do not normalize their results. */
 #define DOUBLED(D, T)                                                                              \
     PRODUCT_ERROR(T)                                                                               \
     typedef struct {                                                                               \

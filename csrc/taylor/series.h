@@ -4,34 +4,34 @@
  * optimizations make the recurrence fast. Every Cauchy product, a sum over j + m = n, starts with
  * its middle terms, so that it can begin before the latest coefficients are known. The terms with
  * the indices (j, m) and (m, j) are added in parallel. The order is a compile-time constant, so
- * loops can be unrolled. The argument `s` of a function is the series of q, P and W, and turned[n]
- * holds copies of its n-th coefficients with permuted components.
+ * loops can be unrolled. W_n is the n-th Taylor coefficient of W, and so on. The argument `s` of a
+ * function is the series of q, P and W: s->x[n] is (q_n | P_n), and s->w[n] is W_n.
  *
- * The equations with dry friction, a gravity gradient k, or a support that rotates or shakes are
+ * With the symbols of taylor.h (also next and prev), the equations with dry friction, a gravity
+ * gradient K, or a support that rotates or shakes are
  *     q' = q U / 2,   P' = P x U,   O' = O x U,   U = W - O
- *     A W' = (AW + h) x W + P x (G c + k A P) - D U + (torque of friction) a
- * O is the angular velocity of the support, and U is the angular velocity of the body relative to
- * the support. The vectors are in the body frame, and a is the unit vector to the center of mass.
- * The effective gravity G, a constant plus a cosine, is the acceleration along -e3 divided by the
- * acceleration in c. The coefficients of U and G are `w` and `x` of another kr_series, `own`; all
- * eight lanes of own->x[n] hold G_n. Lane 0 of W holds the friction variable: while the top slides,
- * the spin <U, a>; while friction holds the top, the friction torque divided by its maximum. For a
- * top without friction, lane 0 of W is not used. */
+ *     A W' = (AW + h) x W + P x (G c + K A P) - D U + (torque of friction) apex
+ * All vectors are in the body frame. O is the angular velocity of the support, U is the angular
+ * velocity of the body relative to the support, and `apex` is the unit vector to the center of
+ * mass. c is mass * g0 * (center of mass), where g0 is gravity or, if larger, the amplitude of the
+ * support's acceleration. G = g / g0, with g of kreisel.h, is a constant plus a cosine. In another
+ * kr_series `own`, own->w[n] is U_n, and all lanes of own->x[n] are G_n. With friction, lane 0 of W
+ * is the friction variable: while the top slides, the spin <U, apex>; while friction holds the top
+ * (keeps the spin zero), the torque of friction divided by its maximum. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
 
-/* The factors of the lanes of duo_permute_i(x), duo_permute_j(x) and duo_permute_k(x) in
- * (q i / 2 | P x i), (q j / 2 | P x j) and (q k / 2 | P x k), for x = (q | P). */
+/* The products (q i / 2 | P x i), (q j / 2 | P x j) and (q k / 2 | P x k) are duo_permute_i(x),
+ * duo_permute_j(x) and duo_permute_k(x) (quat_simd.h) times these factors, for x = (q | P). */
 static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* Flags of the terms in the equations. The argument `terms` of a function is a sum of flags, and a
- * compile-time constant. WHOLE: no flag. HEADLESS: the attitude q is not computed, and the SIMD
- * lanes of q remain zero. DAMPED: damping in the equations of taylor.h. SUPPORT: the equations
- * above, with damping and friction. TURNS, SHAKES and GRADIENT, in addition to SUPPORT: the
- * rotation of the support (O), its shaking (G, else 1), and the gravity gradient (k). */
+/* Flags of the terms in the equations. The argument `terms` of a function is a sum of flags. WHOLE
+ * is no flag. With HEADLESS, q is not computed, and its SIMD lanes remain zero. DAMPED adds the
+ * term - D W of taylor.h. SUPPORT selects the equations above, with damping and friction. In these
+ * equations, O is 0 without TURNS, G is 1 without SHAKES, and K is 0 without GRADIENT. */
 enum {
     WHOLE = 0,
     HEADLESS = 1,
@@ -52,18 +52,18 @@ enum {
 typedef struct {
     duo ahead, behind;
 } turned_vector;
-/* Permutations of the n-th Taylor coefficients: `w` of W; `u` = (next | prev) of U; `fixed` =
- * (prev | next) of O if TURNS, or of P if HEADLESS. */
+/* The element turned[n]: `w` contains the permutations of W_n. With TURNS, `u` is (next | prev) of
+ * U_n, and `fixed` is (prev | next) of O_n. With HEADLESS, `fixed` is (prev | next) of P_n. */
 typedef struct {
     turned_vector w;
     duo u, fixed;
 } turned_term;
-/* The n-th coefficients of products of Taylor series: the sums over all j + m = n of the terms
- * below, where U_j is W_j unless TURNS, and x = (q | P). */
+/* Sums, over all j + m = n, of the products below: the n-th coefficients of products of Taylor
+ * series. V is U with TURNS, and W otherwise. x_m is (q_m | P_m). */
 typedef struct {
-    duo i, j, k; /* unless HEADLESS: the x, y and z component of U_j times x_m */
-    duo p;       /* if HEADLESS: (next(U_j) * prev(P_m) | prev(U_j) * next(P_m)) */
-    duo cross;   /* the sum of both halves is next(W_j) * prev(W_m) */
+    duo i, j, k; /* unless HEADLESS: the x, y and z component of V_j times x_m */
+    duo p;       /* if HEADLESS: (next(V_j) * prev(P_m) | prev(V_j) * next(P_m)) */
+    duo cross;   /* its halves add up to next(W_j) * prev(W_m) */
     duo support; /* if TURNS: (next(U_j) * prev(O_m) | prev(U_j) * next(O_m)) */
     duo pulled;  /* if SHAKES: G_j x_m */
 } series_sums;
@@ -76,22 +76,22 @@ INLINE void store_and_permute(double *to, turned_vector *permuted, quad value)
     permuted->behind = duo_zxy_yzx(value);
 }
 
-/* Adds the constants of the rotor (kr_series.shift) to `w0`, the permuted coefficient W_0, so that
- * the products with W_0 in `cross` include the torque of the rotor. */
+/* Adds the constants of the rotor, s->shift (taylor.h), to w0->behind = (prev(W_0) | next(W_0)), so
+ * that the products in series_sums.cross include the torque of the rotor. */
 INLINE void add_rotor_terms(const kr_series *s, turned_vector *w0)
 {
     w0->behind = duo_add(w0->behind, duo_load(s->shift));
 }
-/* Returns half of the duo (next(W_j) * prev(W_j) | prev(W_j) * next(W_j)), where `w` is W_j. If j
- * is 0, `w` includes the constants of the rotor, which must not be halved. They are therefore added
- * a second time. */
+/* Returns the term of series_sums.cross with m = j, where `w` is turned[j].w: half of the duo
+ * (next(W_j) * prev(W_j) | prev(W_j) * next(W_j)), because its halves are equal. If j is 0, adds
+ * the constants of the rotor in w.behind a second time, to compensate the factor 1/2. */
 INLINE duo find_middle_cross_term(const kr_series *s, turned_vector w, int j)
 {
     if (j == 0) add_rotor_terms(s, &w);
     return duo_mul(duo_splat(0.5), duo_mul(w.ahead, w.behind));
 }
-/* Adds products of the j-th coefficients of U (or W) and G with the m-th coefficients of q, P and O
- * to the sums in `a` that `terms` requires. Does not change a->cross. */
+/* Adds the products of series_sums with the indices j and m to the members of `a` that `terms`
+ * requires, except `cross`. */
 INLINE void add_products(series_sums *a, const kr_series *s, const kr_series *own,
                          const turned_term *turned, int j, int m, int terms)
 {
@@ -113,8 +113,9 @@ INLINE void add_products(series_sums *a, const kr_series *s, const kr_series *ow
     if (terms & TURNS) a->support = duo_fma(u, turned[m].fixed, a->support);
     if (terms & SHAKES) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
-/* Adds the products with the indices (j, m) to `a`, and those with (m, j) to `b`. Adds both to
- * a->cross, whose halves increase by next(W_j) * prev(W_m) and prev(W_j) * next(W_m). */
+/* Adds the products with the indices (j, m) to `a`, and the products with (m, j) to `b`, except for
+ * `cross`: adds next(W_j) * prev(W_m) to the first half of a->cross, and next(W_m) * prev(W_j) to
+ * the second half. */
 INLINE void add_product_pair(series_sums *a, series_sums *b, const kr_series *s,
                              const kr_series *own, const turned_term *turned, int j, int m,
                              int terms)
@@ -136,9 +137,9 @@ INLINE void add_sums(series_sums *a, const series_sums *b, int terms)
     if (terms & SHAKES) a->pulled = duo_add(a->pulled, b->pulled);
 }
 
-/* Returns the n-th coefficients of all products of Taylor series in the equations of motion. Each
- * sum starts with the products of two coefficients of orders near n / 2. The products with the
- * coefficients of order n, which are known last, are added last. */
+/* Returns the sums of order n that `terms` requires. Each sum starts with the products of two
+ * coefficients of orders near n / 2. The products with the coefficients of order n, which are known
+ * last, are added last. */
 INLINE series_sums cauchy_products(const kr_series *s, const kr_series *own,
                                    const turned_term *turned, int n, int terms)
 {
@@ -156,8 +157,7 @@ INLINE series_sums cauchy_products(const kr_series *s, const kr_series *own,
     return a;
 }
 
-/* Returns the Taylor coefficient of order n + 1 of (q | P), given the sums `a` of order n.
- * `share` is 1 / (n + 1). */
+/* Returns (q_{n+1} | P_{n+1}), given the sums `a` of order n. `share` is 1 / (n + 1). */
 INLINE duo next_attitude_coefficient(const series_sums *a, duo share)
 {
     const duo i = duo_mul(duo_scale(sign_i, share), duo_permute_i(a->i));
@@ -165,8 +165,8 @@ INLINE duo next_attitude_coefficient(const series_sums *a, duo share)
     return duo_fma(duo_scale(sign_k, share), duo_permute_k(a->k), ij);
 }
 
-/* Returns the n-th coefficient of a vector b with b' = b x U, such as P or O, given the two sums
- * b x U of order n - 1, of which the second is subtracted. */
+/* Returns b_n for a vector b with b' = b x U, such as P or O. `products` is the sum of order n - 1
+ * of (next(U) * prev(b) | prev(U) * next(b)), whose second half minus first half is b x U. */
 INLINE quad find_cross_coefficient(duo products, int n)
 {
     return quad_fma(quad_reciprocal(-n), duo_first(products),
@@ -194,16 +194,16 @@ INLINE quad dot_lanes(kr_series *scratch, quad a, quad b)
                y = duo_first(duo_splat_lane(scratch->end_w, 2));
     return quad_add(duo_first(duo_splat_lane(scratch->end_w, 3)), quad_add(x, y));
 }
-/* Stores the n-th coefficient of the friction variable in lane 0 of W_n. All lanes of `number` hold
- * this coefficient. Overwrites scratch->end_w. */
+/* Sets lane 0 of W_n, the n-th coefficient of the friction variable, to the number that is in all
+ * lanes of `number`. Overwrites scratch->end_w. */
 INLINE void set_friction_variable(kr_series *s, kr_series *scratch, int n, quad number)
 {
     quad_store(scratch->end_w, number);
     copy_number(s->w[n], scratch->end_w);
 }
-/* Returns W_{n+1} with the friction torque that keeps the spin <U, a> constant, and stores the n-th
- * coefficient of this torque, divided by the maximum, in lane 0 of W_n. `w` is W_{n+1} without
- * friction, and `o` is O_{n+1}. */
+/* Returns W_{n+1} with the friction torque that keeps the spin <U, apex> constant, given `w`, which
+ * is W_{n+1} without friction, and `o`, which is O_{n+1}. Stores the n-th coefficient of the
+ * friction torque, divided by its maximum, in lane 0 of W_n. Overwrites own->end_w. */
 INLINE quad add_holding_torque(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
@@ -212,8 +212,8 @@ INLINE quad add_holding_torque(kr_series *s, kr_series *own, int n, quad w, quad
     set_friction_variable(s, own, n, quad_mul(quad_splat((double)(n + 1)), torque));
     return quad_fma(lost, quad_load(s->yield), w);
 }
-/* Returns W_{n+1} by the equations above, without gradient and without a friction torque that holds
- * the top. `a` contains the sums of order n, and `p` is the n-th coefficient of G P. */
+/* Returns W_{n+1} without the torques of the gravity gradient and of friction that holds the top.
+ * `a` contains the sums of order n, and `p` is the n-th coefficient of G P. */
 INLINE quad next_top_velocity(const series_sums *a, const kr_series *s, const kr_series *own, int n,
                               quad p)
 {
@@ -225,8 +225,8 @@ INLINE quad next_top_velocity(const series_sums *a, const kr_series *s, const kr
     return quad_fma(quad_mul(share, quad_load(s->k)),
                     quad_add(duo_first(a->cross), duo_second(a->cross)), torque);
 }
-/* Returns the n-th Taylor coefficient of next(P) * prev(P). The torque of the gravity gradient is
- * P x (k A P) = k * (prev(A) - next(A)) * next(P) * prev(P). */
+/* Returns the n-th Taylor coefficient of next(P) * prev(P). The gravity gradient exerts the torque
+ * P x (K A P) = K * (prev(A) - next(A)) * next(P) * prev(P). */
 INLINE quad find_gravity_gradient_products(const kr_series *s, int n)
 {
     quad sum = quad_splat(0.0);
@@ -234,9 +234,9 @@ INLINE quad find_gravity_gradient_products(const kr_series *s, int n)
         sum = quad_fma(quad_yzx(quad_load(s->x[j] + 4)), quad_zxy(quad_load(s->x[n - j] + 4)), sum);
     return sum;
 }
-/* Stores the n-th Taylor coefficients of W (`w`) and of U = W - O, and their permutations and those
- * of O (`o`). O is 0 unless `turns` is nonzero. For a sliding top, also stores the n-th coefficient
- * of the spin, unless `is_known` is nonzero. */
+/* Stores `w` as W_n in s->w[n], and U_n = W_n - O_n in own->w[n], where O_n is `o`, or 0 if `turns`
+ * is 0. Stores their permutations in turned[n]. If the top slides and `is_known` is 0, stores the
+ * n-th coefficient of the spin in lane 0 of W_n. */
 INLINE void set_velocities(kr_series *s, kr_series *own, turned_term *turned, int n, quad w, quad o,
                            int turns, int is_known)
 {
@@ -263,8 +263,7 @@ INLINE void expand_effective_gravity(const kr_series *s, kr_series *own, int ord
         duo_store(own->x[n], cosine);
     }
 }
-/* Computes the Taylor coefficients of order n + 1 of W, U and O by the equations above. `vertical`
- * is the n-th coefficient of P, and `a` contains the sums of order n. */
+/* Computes W, U and O of order n + 1. `vertical` is P_n, and `a` contains the sums of order n. */
 INLINE void set_next_velocities(kr_series *s, kr_series *own, turned_term *turned, int n,
                                 quad vertical, const series_sums *a, int terms)
 {
@@ -297,16 +296,15 @@ INLINE void set_next_coefficients(kr_series *s, kr_series *own, turned_term *tur
     store_and_permute(s->w[n + 1], &turned[n + 1].w, w);
 }
 
-/* approx_log2 (for x >= 0) and approx_exp2 (for |x| < 1022) operate on the bits of a double, and
- * are much faster than libm. Two correct digits suffice for a step size. approx_log2 replaces the
- * logarithm of the mantissa by a linear function. The error, less than 0.05, hardly affects the
- * step size, because the logarithm is later divided by the order. */
+/* Returns log2(x), much faster than libm, for a normal number x > 0, and about -1023 for x = 0. The
+ * error, less than 0.05, hardly affects a step size, because it is divided by the order. */
 INLINE double approx_log2(double x)
 {
     int64_t bits;
     memcpy(&bits, &x, sizeof bits);
     return scalar_fma((double)bits, 0x1p-52, -1022.957);
 }
+/* Returns 2^x with a relative error below 0.002, for |x| < 1022, much faster than libm. */
 INLINE double approx_exp2(double x)
 {
     const double whole = x + 0x1.8p52, f = x - (whole - 0x1.8p52);
@@ -327,13 +325,12 @@ INLINE double series_log2_radius(const kr_series *s, int n)
         a[i] = scalar_fma(x[i], x[i], scalar_fma(x[4 + i], x[4 + i], w[i] * w[i]));
     return approx_log2((a[0] + a[2]) + (a[1] + a[3])) * (-0.5 / n);
 }
-/* Returns the step size for which the Taylor term of index `order`, the last one, is 2^log2_tol.
- * The radius of convergence is estimated from two terms (Jorba and Zou 2005), because every other
- * term of an even or odd series vanishes. The estimate does not use the last Taylor term, so that
- * the processor can compute the step size and the last coefficients in parallel. Very close to an
- * unstable equilibrium, all Taylor terms are below the tolerance, so they do not determine the step
- * size. The step size is therefore at most order / 6 times s->fall, the shortest time in which the
- * distance of a falling top from the equilibrium can grow by a factor e. */
+/* Returns the step size at which the last Taylor term, of index `order`, is about 2^log2_tol, but
+ * at most order / 6 times s->fall (taylor.h). The radius of convergence is estimated from two terms
+ * (Jorba and Zou 2005), because every other term of an even or odd series vanishes. These are the
+ * two terms before the last one, so that the processor can compute the step size and the last
+ * coefficients in parallel. Very close to an unstable equilibrium, all Taylor terms are below the
+ * tolerance, and only s->fall limits the step size. */
 INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = series_log2_radius(s, order - 1), b = series_log2_radius(s, order - 2);
@@ -353,7 +350,7 @@ INLINE double step_size_for_products(const kr_series *s, int head, double log2_s
     return approx_exp2(scalar_fma(log2_size, 1.0 / head, a < b ? a : b));
 }
 
-/* Stores permutations of the known coefficients of orders 0 to `from`, with SUPPORT only of P. */
+/* Stores permutations of the coefficients of W (without SUPPORT) and, with HEADLESS, of P. */
 INLINE void permute_known_coefficients(kr_series *s, turned_term *turned, int from, int terms)
 {
     for (int n = 0; n <= from; n++) {
@@ -376,8 +373,8 @@ INLINE void set_known_relative_velocities(kr_series *s, kr_series *own, turned_t
                        find_cross_coefficient(support, n + 1), terms & TURNS, 1);
     }
 }
-/* Computes the Taylor coefficients of orders `from` + 1 to `order`, given those of orders 0 to
- * `from`, with DAMPED or SUPPORT. In double-double precision, own[1] holds the low words. */
+/* Computes the coefficients of orders `from` + 1 to `order`, given those of orders 0 to `from`.
+ * `terms` includes DAMPED or SUPPORT. In double-double precision, own[1] holds the low words. */
 INLINE void expand_with_terms(kr_series *s, int from, int order, int terms)
 {
     kr_series own[2];
@@ -448,8 +445,8 @@ INLINE void expand_with_support(kr_series *s, int from, int order, int terms)
 }
 #  endif
 #endif
-/* Computes the Taylor coefficients of orders `from` + 1 to `order`, given those of orders 0 to
- * `from`. `terms` is WHOLE or HEADLESS; s->linear tells whether the other flags are needed. */
+/* Computes the coefficients of orders `from` + 1 to `order`, given those of orders 0 to `from`.
+ * `terms` is WHOLE or HEADLESS, and the members of `s` determine the other flags. */
 INLINE void expand_series(kr_series *s, int from, int order, int terms)
 {
     turned_term turned[KR_TAYLOR_MAX + 1];
@@ -469,8 +466,8 @@ INLINE void expand_series(kr_series *s, int from, int order, int terms)
     for (int n = from; n < order; n++) set_next_coefficients(s, s, turned, n, terms);
 }
 
-/* Writes the sums of x_n h^(n - from) and w_n h^(n - from) over n = from, ..., order to sum_x and
- * sum_w, where h = *to - s->t. Even and odd powers of h are summed in two parallel chains. */
+/* Writes the sums of s->x[n] * h^(n - from) and s->w[n] * h^(n - from) over n = from, ..., order to
+ * sum_x and sum_w. Here, h is the time *to - s->t. Even and odd powers are summed in parallel. */
 INLINE void evaluate_terms(const kr_series *s, int from, int order, const double *to, double *sum_x,
                            double *sum_w)
 {

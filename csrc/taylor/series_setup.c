@@ -1,5 +1,5 @@
 /* Functions shared by all parts of the Taylor method: the table of instruction sets, and functions
- * that set the constants of a Taylor series and that end a step. The notation is that of taylor.h.
+ * that set the constants of a Taylor series and that end a step. The symbols are those of taylor.h.
  * An array s[2] holds the high and the low words of a series in double-double numbers. */
 #include <string.h>
 #include "support_setup.h"
@@ -44,9 +44,9 @@ const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
     return isa;
 }
 
-/* Sets the rotor terms s->shift for the unit of time 1 / rate: h / (A k), with a moment of inertia
- * A, a component h or -h of the rotor's momentum, and a component k of s->k; -0 if h is 0. If two
- * moments of inertia are equal, KR_LEAST_FACTOR replaces the component 0 of s->k. */
+/* Sets the rotor terms s->shift (taylor.h), given s->k, for the unit of time 1 / rate. A component
+ * of s->k that divides rotor terms is replaced by KR_LEAST_FACTOR if its magnitude is smaller, in
+ * particular if two moments of inertia are equal. */
 static void set_rotor_terms(kr_series s[2], const kr_motion *motion, double rate)
 {
     const vec_dd moments = motion->body->inertia,

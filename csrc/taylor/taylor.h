@@ -11,20 +11,20 @@
  *                     +  drag * W_n
  *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), the constants k, up, down and drag of
  *     kr_series, and the product * of vectors by components
- * The rotor term h x W_n costs no extra time, because it is included by adding constants to
- * prev(W_0) and next(W_0). If skip_heading (kreisel.h) is set, only the equations for P and W are
- * solved, with 9 products per order instead of 21. The integrals of the motion are conserved only
- * up to the tolerance. */
+ * The term h x W_n of the rotor costs no extra time, because it arises from constants added to
+ * prev(W_0) and next(W_0) (kr_series.shift). If skip_heading (kreisel.h) is set, only the equations
+ * for P and W are solved, with 9 instead of 21 sums of products per order. The integrals of the
+ * motion are conserved only up to the tolerance. */
 #ifndef KR_TAYLOR_H
 #define KR_TAYLOR_H
 #include "method.h"
 #include "math/isa.h"
 
-/* Numbers of Taylor terms for results with d = 20 and d = 30 digits, measured in
- * docs/theory/taylor.md. KR_LAST_d is the index of the last Taylor term. The terms 0 to KR_HEAD_d
- * are computed in double-double precision, and the later terms in double precision. Later terms are
- * sums of products of earlier terms. A step is so short that these products are at most 2^KR_LESS_d
- * times the tolerance, and their rounding errors at most 2^(KR_LESS_d - 53) times the tolerance. */
+/* Indices of Taylor terms for results with d = 20 and d = 30 digits, chosen by measurements in
+ * docs/theory/taylor.md. KR_LAST_d is the index of the last term. The terms 0 to KR_HEAD_d are
+ * computed in double-double precision. The later terms are sums of products of earlier terms, in
+ * double precision. A step is so short that these products are at most 2^KR_LESS_d times the
+ * tolerance, and their rounding errors at most 2^(KR_LESS_d - 53) times the tolerance. */
 #define KR_HEAD_20 8
 #define KR_LAST_20 28
 #define KR_HEAD_30 20
@@ -35,12 +35,12 @@ enum { KR_TAYLOR_MAX = KR_LAST_30 };
 /* Replaces smaller |k| (kr_series) by which rotor terms are divided; negligible at 30 digits. */
 #define KR_LEAST_FACTOR 0x1p-120
 
-/* Taylor series of one step of the motion (called the path of its tangents), from the time t to the
- * time `end`. Access is fastest if the struct is aligned to 64 bytes. At 20 and 30 digits, two
- * adjacent structs hold the high and the low words of the double-double numbers. A vector of eight
- * lanes, (q | P), holds the attitude q and the pure quaternion P. P costs no extra time, because
+/* Taylor series of one step of the motion, from the time t to the time `end`. Access is fastest if
+ * the struct is aligned to 64 bytes. At 20 and 30 digits, two adjacent structs hold the high and
+ * the low words of the double-double numbers. A vector of eight lanes, (q | P), holds the attitude
+ * q and the pure quaternion P. With hardware vectors of eight lanes, P takes no extra time, because
  * the products q i and P x i permute the components in the same way up to signs and zeros, and so
- * do those with j and k. If skip_heading is set, q is not computed, and its SIMD lanes are zero. */
+ * on for j and k. If skip_heading (kreisel.h) is set, q is not computed, and its lanes are zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
     double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */
@@ -48,19 +48,19 @@ typedef struct kr_series {
     double end_w[4], at_w[4];
     double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic permutations */
     double drag[4];              /* -Dx / Ax; and cyclic permutations */
-    /* The terms of the rotor: -hz / (Ay - Az) is added to the x component of prev(W_0), and
-     * hy / (Ay - Az) to that of next(W_0); and cyclic permutations. Without a rotor, the terms are
-     * -0, because x + -0 equals x for every x, even for x = -0. */
+    /* The terms of the rotor. shift[1] = -hz / (Ay - Az) is added to the x component of prev(W_0),
+     * and shift[5] = hy / (Ay - Az) to the x component of next(W_0); and cyclic permutations.
+     * Elements without a rotor are -0, because x + -0 equals x for every x, even for x = -0. */
     double shift[8];
     double t, end, at;
     double linear; /* linear terms in W: 0 none; 1 drag; 2 drag and those of series.h */
-    double fall;   /* shortest time in which a falling top's deviation can grow by a factor e */
-    /* Support motion and friction at the beginning of the step (series.h). `turn` is the angular
-     * velocity O of the support. The effective gravity is G = sway[3] + b cos(phase), where
-     * sway[0] = b cos(phase), sway[1] = b sin(phase), and sway[2] is the angular frequency. `rub`
-     * is the angular acceleration due to friction. */
+    double fall;   /* a deviation from an equilibrium grows by at most a factor e in this time */
+    /* Support motion and friction (series.h) at the beginning of the step: `turn` is the angular
+     * velocity O of the support, and `rub` is the angular acceleration by sliding friction. The
+     * effective gravity G is sway[3] + b cos(phase), with b = sway_most. sway[0] is b cos(phase),
+     * sway[1] is b sin(phase), and sway[2] is the time derivative of the phase. */
     double turn[4], sway[4], rub[4];
-    /* unit vector a to the center of mass; (a / A) / <a / A, a>; 1 / (<a / A, a> friction) */
+    /* the apex (kreisel.h); (apex / A) / r with r = <apex / A, apex>; 1 / (r * friction) */
     double apex[4], yield[4], per_grip;
     double sway_most;          /* amplitude of the oscillating part of G, with sign */
     double turns, shakes;      /* nonzero if the support rotates; nonzero if it oscillates */
@@ -89,8 +89,8 @@ static inline kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor 
 /* Functions that compute steps of one Taylor order with one instruction set. */
 typedef struct kr_kernel {
     int order;
-    /* Computes the next step, which is as long as the tolerance permits. `direction` is 1 forward
-     * in time, and -1 backward in time. */
+    /* Computes the next step, which is as long as the tolerance 2^log2_tol permits. `direction` is
+     * 1 forward in time, and -1 backward in time. */
     void (*advance)(kr_series *s, double log2_tol, double direction);
     /* Evaluates the series at the time `at`, and writes the values to at_x and at_w. */
     void (*evaluate)(kr_series *s);
@@ -137,10 +137,10 @@ static inline int kr_taylor_is_extended(const kr_motion *motion)
     return motion->digits > 16;
 #endif
 }
-/* An instruction set that is included in the build. The arrays `plain` and `headless` contain one
- * kernel of each order; those of `headless` do not compute the attitude q (skip_heading). The array
- * `deep` contains one kernel for 20 digits and one for 30 digits. The function `product` multiplies
- * two power series (kr_step_polynomial in method.h). */
+/* An instruction set that is included in the build. `plain` and `headless` contain one kernel for
+ * each order. The kernels of `headless` do not compute the attitude q (skip_heading in kreisel.h).
+ * `deep` contains one kernel for 20 digits and one kernel for 30 digits, or is NULL (FOR_DIGITS).
+ * `product` is kr_step_polynomial.product (method.h). */
 typedef struct kr_isa {
     const char *name;
     int (*runs_here)(void);
@@ -194,12 +194,12 @@ kr_vec3 kr_taylor_acceleration(const kr_series *s);
 void kr_taylor_end_at(kr_series s[2], const kr_kernel *kernel);
 struct kr_support_ops;
 struct slow_directions;
-/* Sets all constants of a Taylor series whose unit of time is 1 / rate. `supports` is NULL if the
- * scene has no friction, no moving support and no gravity gradient. */
+/* Sets all constants of the Taylor series s (high and low words), with the unit of time 1 / rate.
+ * `supports` is NULL without friction, moving support and gravity gradient. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate,
                              const struct kr_support_ops *supports);
-/* Changes the unit of time of the series to 1 / rate, where `rate` is a power of two. Does nothing
- * if there are tangents, because the stored constants of tangents depend on the unit of time. */
+/* Changes the unit of time of the series to 1 / rate, where `rate` is a power of two. Converts the
+ * end of the last step, but not its Taylor coefficients. Does nothing if there are tangents. */
 void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate,
                         const struct kr_support_ops *supports);
 /* Returns the i-th instruction set of the build, the widest first, or NULL after the last. */
