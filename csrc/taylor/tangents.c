@@ -10,8 +10,8 @@
 static const kr_support_ops *const supports = FOR_SUPPORTS(&kr_supports);
 /* Maximum number of substeps in a step, and maximum number of attempts to shorten a substep. */
 enum { MAX_SUBSTEPS = 64, MAX_SHORTENINGS = 32 };
-/* Largest permitted truncation error of a tangent, divided by the tolerance of the path. In most
- * motions, the truncation errors of the tangents are smaller, so no substeps are needed. */
+/* Largest permitted truncation error of a tangent, divided by the tolerance of the motion,
+ * 2^kr_taylor.log2_tol. In most motions, the errors are smaller, so no substeps are needed. */
 static const double rest_over_tolerance = 0x1p9;
 
 /* Header of the memory block for tangents, with the path on one substep. The tangents follow. */
@@ -24,10 +24,10 @@ typedef struct {
     double moving;           /* nonzero if the terms of support_deviation.h are needed */
     double from_low, to_low; /* low words of `from` and `to` */
 } tangent_work;
-/* The tangents of a motion. In memory, batches of tangents precede the remaining single tangents. A
+/* The tangents of a motion. In memory, batches of tangents (tangents.h) precede single tangents. A
  * tangent in a batch is bitwise equal to the same tangent stored singly, so a small build can omit
- * batches. Tangents of tops with friction or on moving supports are never in batches. For more than
- * 16 digits, each struct is followed by a struct with the low words. */
+ * batches. Tangents of tops with friction or on moving supports are never in batches. With more
+ * than 16 digits, each struct of high words is followed by a struct of low words. */
 typedef struct {
     const kr_motion *motion;
     const kr_tangents_kernel *kernel;
@@ -122,8 +122,8 @@ static void store_components(const tangent_set *t, const deviation_address *at, 
 {
     store_vector(t, component_address(at, numbers, k), at->stride, v);
 }
-/* Reads a number with its low word. Negative zeros are replaced by positive zeros, because the sign
- * of a zero may depend on other tangents in the batch. */
+/* Reads the number at `high` and, with more than 16 digits, its low word from the next struct.
+ * Replaces -0 by 0, because in a batch the sign of a zero may depend on other tangents. */
 static dd read_number(const tangent_set *t, const double *high)
 {
     return (dd){*high + 0.0, t->words > 1 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
@@ -154,8 +154,8 @@ static void set_motion_constants(const tangent_set *t, kr_tangent *g)
     g->damped = v_largest(motion->damping);
     g->gyrostat = v_largest(motion->rotor);
 }
-/* Sets the derivatives, in the units of the series, of the constants in the equations of motion
- * with respect to the parameter of the tangent. */
+/* Sets the derivatives of the constants in the equations of motion by the parameter of the tangent,
+ * in the units of the series. */
 static void set_parameter_derivatives(const tangent_set *t, const deviation_address *at,
                                       const kr_seed *seed)
 {
@@ -270,9 +270,9 @@ static double truncation_tolerance(const tangent_set *t)
 {
     return rest_over_tolerance * exp2(taylor_of(t->motion)->log2_tol);
 }
-/* Computes the Taylor series of the tangents for one substep, from their values at its beginning.
- * The substep ends at the end of the step, or earlier if the truncation error of a tangent would be
- * too large there. Returns the largest truncation error of a tangent at the end of the substep. */
+/* Computes the Taylor series of the tangents for one substep, given their values at its beginning.
+ * The substep is shorter than the rest of the step if the truncation error at the end of the step
+ * would be too large. Returns the largest truncation error at the end of the substep. */
 static double expand_substep(const tangent_set *t)
 {
     const double most = truncation_tolerance(t), from = t->first->t;
@@ -363,8 +363,8 @@ static kr_status advance_tangents(const kr_motion *motion, double *memory, size_
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
-/* Makes the Taylor series in memory those of the substep that contains `time`. Substeps are rarely
- * recomputed, because the requested times usually increase from call to call. */
+/* Makes the Taylor series in memory those of the substep that contains `time`. To go back to an
+ * earlier substep, begins with the first substep again. */
 static void expand_substep_at(const tangent_set *t, double time)
 {
     const tangent_work *c = t->work;
