@@ -1,13 +1,11 @@
 /* Two GSL methods, used as references: the Prince-Dormand Runge-Kutta pair and the semi-implicit
- * Bulirsch-Stoer method. They integrate the attitude q and the angular velocity W in the body
- * frame:
+ * Bulirsch-Stoer method. q is the attitude, and W is the angular velocity in the body frame:
  *     q' = (q W - S q) / 2,    I W' = (I W + h) x W + P x (l + k I P),    P = q* e3 q
  * P is the vertical in the body frame, I the moments of inertia, h the angular momentum of the
  * rotor, l = weight * (center of mass), k the gravity gradient, and S the angular velocity of the
  * support (motion_support_velocity in method.h). Neither method conserves any integral of the
  * motion. gsl_odeiv2_evolve is not used, because each step size must exactly equal the difference
- * between the end and the start time of the step. A failed step does not change the state of the
- * motion. */
+ * between the end and the start time of the step. A failed step does not change the state. */
 #include <float.h>
 #include <stdlib.h>
 #include <gsl/gsl_errno.h>
@@ -15,14 +13,12 @@
 #include "gsl.h"
 
 enum { MAX_TRIES = 1000 };
-/* Largest rotation of the top per step, in radians (find_longest_step). If the top made whole turns
- * within a step, GSL's error estimate might be much too small. The semi-implicit method damps
- * rotations that it fails to resolve. */
+/* Largest rotation of the top per step, in radians. With whole turns within a step, GSL's error
+ * estimate might be too small. The semi-implicit method damps unresolved rotations. */
 static const double most_turn = 4.0;
-/* Upper limits on h^2 a (most_fall) and h a (most_pull) in internal units, where h is the step
- * size, and a bounds the angular acceleration due to gravity. Beyond these limits, rounding errors
- * might make the matrix 1 - h J of the semi-implicit method singular, where J is the Jacobian. GSL
- * would then read uninitialized memory. */
+/* Upper limits on h^2 a (most_fall) and h a (most_pull) in internal units: h is the step size, and
+ * a bounds the angular acceleration due to gravity. Beyond these limits, rounding errors might make
+ * the matrix 1 - h J singular (J: Jacobian), and GSL would read uninitialized memory. */
 static const double most_fall = 1e12, most_pull = 1e14;
 
 typedef struct {
@@ -141,8 +137,7 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
 }
 
 /* Returns the largest step size that most_turn, most_fall and most_pull permit at the angular
- * velocity W. A rotor with angular momentum h rotates W in the body frame at a rate of at most |h|
- * / I, where I is the smallest moment of inertia. */
+ * velocity W. A rotor of momentum h rotates W at most at the rate |h| / (least moment of inertia). */
 static double find_longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;

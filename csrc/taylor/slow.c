@@ -1,22 +1,21 @@
 /* Motion with strong damping. A are the moments of inertia, D the damping coefficients, P is the
  * vertical, c the lever arm, h the momentum of a rotor, and W the angular velocity of the top, all
  * along the principal axes (taylor.h). O is the angular velocity of the support, U = W - O that of
- * the top relative to the support, and G the effective gravity (series.h). On a support at rest, U
- * = W and G = 1. Let damping about an axis be much faster than all other effects. After a transient
- * that decays as exp(-D t / A), the damping torque about this axis balances all other torques: the
- * motion stays on a slow manifold (Fenichel 1979). The n-th Taylor coefficients then satisfy, about
- * this axis,
+ * the top relative to the support, and G the effective gravity (series.h). On a support at rest,
+ * U = W and G = 1. Let damping about an axis be much faster than all other effects. After a
+ * transient that decays as exp(-D t / A), the damping torque about this axis balances all other
+ * torques: the motion stays on a slow manifold (Fenichel 1979). About this axis, the n-th Taylor
+ * coefficients then satisfy
  *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1}
  * This equation is solved by iteration (slow_terms.h). The rotor torque h x W is on the left side,
  * because it is linear in W and may exceed the damping torque. The attitude, P, and the angular
- * velocities about weakly damped axes are expanded by the explicit recurrence of taylor.h. If used
- * for all axes, that recurrence would limit steps to about one damping time A / D, because the
- * problem is stiff. On the manifold, steps are much longer. Before the motion reaches the manifold,
- * steps are computed by that recurrence, with an absolute tolerance proportional to the small
- * angular velocity that the top has on the manifold. u_i is the component of U along a direction
- * v_i, and d_i its damping rate (slow_directions.h). The v_i are the principal axes or, while dry
- * friction holds the top, that is, keeps U perpendicular to the apex, two directions perpendicular
- * to the apex. */
+ * velocities about weakly damped axes are expanded by the explicit recurrence of taylor.h. For all
+ * axes, that recurrence would limit steps to about one damping time A / D, because the problem is
+ * stiff. On the manifold, steps are much longer. Before the motion reaches the manifold, steps are
+ * computed by that recurrence, with an absolute tolerance proportional to the small angular
+ * velocity that the top has on the manifold. u_i is the component of U along a direction v_i, and
+ * d_i its damping rate (slow_directions.h). The v_i are the principal axes or, while dry friction
+ * holds the top, two directions perpendicular to the apex. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
@@ -25,8 +24,7 @@
 
 /* First rows of the table of Taylor coefficients in slow_terms.h: of q, P, the friction variable
  * (series.h), W, U, O, G, G P, and the u_i while friction holds the top. The first ROWS_OF_SERIES
- * rows correspond to the numbers in kr_series.x and kr_series.w. The other rows are only used with
- * friction or on moving supports. SWEEPS is the maximum number of iterations. */
+ * rows contain kr_series.x and kr_series.w. The others are for friction and moving supports. */
 enum {
     ROW_Q = 0,
     ROW_P = 5,
@@ -41,18 +39,17 @@ enum {
     ROWS = 24,
     SWEEPS = 64
 };
-/* The first rows of U (U_OF), of the u_i (U_ROW) and of G P (GP_OF). Equal quantities share their
- * rows: U = W unless the support rotates, the u_i are the components of U unless friction holds the
- * top, and G P = P unless the support shakes. */
+/* First rows of U (U_OF), of the u_i (U_ROW) and of G P (GP_OF). Equal quantities share rows: U = W
+ * without rotation of the support, u_i = U_i unless friction holds the top, and G P = P without
+ * shaking. */
 #define U_OF(slow) ((slow)->turns ? ROW_U : ROW_W)
 #define U_ROW(slow) ((slow)->is_held ? ROW_R : U_OF(slow))
 #define GP_OF(slow) ((slow)->shakes ? ROW_GP : ROW_P)
 /* Angular velocities below TINY_VELOCITY, in the units of the series, are treated as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
-/* Velocities by which errors are divided (find_error_scale) are at least NEGLIGIBLE times the
- * largest angular velocity, and at least ROUNDED times the velocities from which the u_i inherit
- * rounding errors: those of a rotating support, and all others while friction holds the top. */
+/* The velocity by which errors are divided (find_error_scale) is at least NEGLIGIBLE times the
+ * largest angular velocity, and ROUNDED times velocities whose rounding errors affect u_i. */
 #define NEGLIGIBLE 0x1p-64
 #define ROUNDED 0.25
 /* Rounding error of the difference between two doubles, relative to the larger of them. */
@@ -117,8 +114,7 @@ static void bound_damped_velocities(const kr_taylor *p, const slow_directions *s
 }
 /* Returns the velocity, in the units of the series, by which the relative tolerance is multiplied:
  * the smallest positive bound[i] (bound_damped_velocities), or the largest component of W if no
- * bound is positive. It is at least TINY_VELOCITY and the lower limits of NEGLIGIBLE and
- * ROUNDED. */
+ * bound is positive. Lower limits are due to NEGLIGIBLE, ROUNDED and TINY_VELOCITY. */
 static double find_error_scale(const kr_taylor *p, const slow_directions *slow)
 {
     const kr_series *s = p->series;
@@ -135,10 +131,9 @@ static double find_error_scale(const kr_taylor *p, const slow_directions *slow)
     least = fmax(fmin(fmax(least, NEGLIGIBLE * most), most), ROUNDED * rounded);
     return fmax(least, TINY_VELOCITY);
 }
-/* Returns the velocity to which distances from the slow manifold are relative: the find_error_scale
- * of `slow`. If `strong` is not NULL, it marks more directions, and errors of earlier steps are
- * proportional to the find_error_scale of `strong`. Returns the larger of both scales in this
- * case. */
+/* Returns the velocity to which distances from the slow manifold are relative: find_error_scale of
+ * `slow`. If `strong` is not NULL, it marks more directions, and errors of earlier steps are
+ * proportional to find_error_scale of `strong`. In this case, returns the larger scale. */
 static double find_distance_scale(const kr_taylor *p, const slow_directions *slow,
                                   const slow_directions *strong)
 {
@@ -168,8 +163,8 @@ static double support_angular_speed(const kr_taylor *p)
     const kr_series *s = p->series;
     return s->linear > 1.0 ? p->rate * v_length(v_of(s->turn + 1)) : 0.0;
 }
-/* Returns an upper bound on the sum of the torques due to weight, gravity gradient, sliding
- * friction and the rotation of the support, in internal units (method.h). */
+/* Returns an upper bound, in internal units (method.h), on the sum of the torques due to weight,
+ * gravity gradient, sliding friction and the rotation of the support. */
 static double bound_undamped_torque(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -183,8 +178,7 @@ static double bound_undamped_torque(const kr_motion *motion)
     return pull * largest_effective_gravity(s) + friction +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
-/* Returns log2 of the largest absolute n-th coefficient of q, P, the friction variable and W, or
- * -LOG2_AT_REST, instead of minus infinity, if all are zero. */
+/* Returns log2 of the largest absolute n-th coefficient, or -LOG2_AT_REST if all are zero. */
 static double log2_norm(const kr_series *s, int n)
 {
     double size = 0.0;
@@ -213,9 +207,9 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
     double step = log2_step_size(s, order, log2_tol);
     if (motion->digits > 16) step = fmin(step, log2_step_size(s, head + 2, log2_tol + 52.0));
-    /* The evaluation of the series ignores the low words of the terms after the head, but
-     * refine_friction_crossing (support_motion.c) does not. Set those of the friction variable to
-     * 0. */
+    /* The evaluation of the series ignores low words after the head. Set those of the friction
+     * variable to zero, because refine_friction_crossing (support_motion.c) does not ignore
+     * them. */
     for (int n = head + 1; n <= order; n++) s[1].w[n][0] = 0.0;
     const double longest = slow->fall > 0.0 ? order / 6.0 * (p->rate / slow->fall) : INFINITY;
     s[0].t = s[0].end;
@@ -225,11 +219,10 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     kr_taylor_end_at(s, kernel);
     if (slow->supports) slow->supports->place(s, motion, p->rate);
 }
-/* Returns 1 if an expansion on the slow manifold is worth trying. For each strongly damped u_i, the
- * estimated distance from the manifold (|u_i'| / d_i without a rotor) must be at most bound[i] / 4
- * (bound_damped_velocities), or at most the velocity `small` or, if `is_settled` is 1, at most 1/4
- * of the estimated |u_i| on the manifold. Distances below the rounding error of u_i are permitted,
- * too. */
+/* Returns 1 if an expansion on the slow manifold is worth trying. The estimated distance of each
+ * strongly damped u_i from the manifold (|u_i'| / d_i without a rotor) must be at most the largest
+ * of bound[i] / 4 (bound_damped_velocities), the velocity `small`, the rounding error of u_i and,
+ * if `is_settled` is 1, a quarter of the estimated |u_i| on the manifold. */
 static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow, double small,
                                 int is_settled)
 {
@@ -396,7 +389,7 @@ int kr_slow_is_possible(const kr_motion *motion, double until)
 #define CERTAIN 0.98
 /* Let tau be the time counted backward, U the angular velocity relative to the support, A the
  * moments of inertia, `most` the largest of them, and y^2 = <U, A U>. Damping increases y: dy/dtau
- * >= `growth` y - `loss`, where `loss` bounds the effect of all other torques. The function tests
+ * >= `growth` * y - `loss`, where `loss` bounds the effect of all other torques. The function tests
  * whether the integral of the resulting lower bound on |U| >= y / sqrt(most) exceeds 2^53. */
 int kr_slow_drives_apart(const kr_motion *motion, double until)
 {
@@ -413,10 +406,9 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     return y / sqrt(most) * (exp(growth * fabs(until - motion->clock)) - 1.0) > 0x1p53 * growth;
 }
 /* Backward in time, damping makes the magnitude L of the angular momentum grow. If the damping D is
- * the same about all axes and no other torque acts, the relative growth rate is D <W, A W> / L^2,
- * which does not decrease backward in time. Small additional torques hardly change this rate. Hence
- * the angular velocity exceeds `limit` (OVERFLOW_LEAST) if exponential growth at the initial rate
- * does. */
+ * the same about all axes and no other torque acts, the relative growth rate D <W, A W> / L^2 does
+ * not decrease backward in time. Small additional torques hardly change it. Hence the angular
+ * velocity will exceed `limit` if exponential growth at the initial rate would exceed it. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until)
 {
     const kr_taylor *p = taylor_of(motion);

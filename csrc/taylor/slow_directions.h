@@ -2,14 +2,14 @@
  * All vectors have components along the principal axes. A are the moments of inertia, D the damping
  * coefficients, W the angular velocity of the top, h the momentum of a rotor, P the vertical, c the
  * lever arm, a the apex (taylor.h), O the angular velocity of the support, and G the effective
- * gravity (series.h). The v_i are orthogonal with respect to both A and D, with 1 <= |v_i| < 2.
- * With U = W - O = u_0 v_0 + u_1 v_1 + ...,
+ * gravity (series.h). The v_i are orthogonal with respect to both A and D, and 1 <= |v_i| < 2. With
+ * U = W - O = u_0 v_0 + u_1 v_1 + ...,
  *     u_i' = <A v_i, X - O'> / a_i - d_i u_i,   a_i = <v_i, A v_i>,   d_i = <v_i, D v_i> / a_i,
  *     A X = (AW + h) x W + G P x c
- * X is the angular acceleration without damping. While the top slides with dry friction, A X
- * includes the friction torque. In general, the v_i are the three principal axes. While friction
- * holds the top, U is perpendicular to a, and there are two v_i, both perpendicular to a. The
- * friction torque, <a, A (W' - X) + D U>, is along a, and thus does not change the u_i. */
+ * X is the angular acceleration without damping. While the top slides with dry friction, A X also
+ * contains the friction torque. In general, the v_i are the principal axes. While friction holds
+ * the top, U and the two v_i are perpendicular to a. The friction torque, <a, A (W' - X) + D U>, is
+ * then along a, and does not change the u_i. */
 
 /* The directions v_i, and a set of strongly damped ones. Rates are in internal units (method.h). */
 typedef struct slow_directions {
@@ -144,8 +144,8 @@ static double bound_rotor_rate(const slow_directions *slow)
 }
 /* Marks all directions as strongly damped, except for the `weak_count` ones with the weakest
  * damping. Sets slow->fall and slow->rate, given bounds on the rates of the undamped motion and on
- * torques. Returns 1 if damping about the marked directions is strong (STRONG), and then sets
- * slow->gain. */
+ * torques. Returns 1, and sets slow->gain, if damping about the marked directions is strong
+ * (STRONG). */
 static int mark_strong_directions(slow_directions *slow, int weak_count, double undamped_rate,
                                   double most_torque)
 {

@@ -68,9 +68,8 @@ static void REAL(find_relative_acceleration)(const REAL(terms) * s, const slow_d
     for (int i = 0; i < slow->count; i++)
         components[i] = slow->is_held ? REAL(find_component)(s, i, acceleration) : acceleration[i];
 }
-/* Sets the n-th coefficients of U and of W = O + U, given those of the u_i and of O. Unless
- * friction holds the top, weakly damped components of W_0 remain unchanged. Otherwise the rounding
- * errors of O + U would accumulate from step to step. */
+/* Sets the n-th coefficients of U and of W = O + U, given those of the u_i and of O. Keeps weakly
+ * damped components of W_0, unless friction holds the top: rounding errors would accumulate. */
 static void REAL(set_velocities_from_slow)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     if (!slow->is_held && !slow->turns) return;
@@ -110,9 +109,9 @@ static void REAL(set_next_attitude)(REAL(terms) * s, int u_row, int n)
     }
     s->c[ROW_Q][n + 1] = r_div(rate, r_of(2 * (n + 1), 0.0));
 }
-/* Sets the n-th coefficients of the strongly damped u_i by solving the equations for u_i' (see
- * above). The coefficients of u_i' are those of the previous iteration. slow->gain includes the
- * coupling by a rotor. Returns the largest absolute change of a coefficient. */
+/* Sets the n-th coefficients of the strongly damped u_i by solving the equations above, with u_i'
+ * from the previous iteration. slow->gain includes the coupling by a rotor. Returns the largest
+ * change. */
 static double REAL(update_damped_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     real force[3], off[3];
@@ -133,9 +132,8 @@ static double REAL(update_damped_velocities)(REAL(terms) * s, const slow_directi
     }
     return moved;
 }
-/* Performs one iteration: computes the coefficients of all rows except for q and the friction
- * variable. Returns the largest change of the coefficients of orders up to `order` / 2 of the
- * strongly damped u_i. */
+/* Performs one iteration: computes the coefficients of all rows but q and the friction variable.
+ * Returns the largest change of a strongly damped u_i up to the order `order` / 2. */
 static double REAL(update_coefficients)(REAL(terms) * s, const slow_directions *slow, int order)
 {
     const int u = U_OF(slow);
@@ -188,9 +186,8 @@ static void REAL(expand_gravity)(REAL(terms) * s, const kr_series from[2])
     }
     g[0] = r_add(g[0], r_of(from[0].sway[3], from[1].sway[3]));
 }
-/* Copies the constants, with 1 / rate as the unit of time, and the values at the end of the last
- * step, whose series is `from`. Sets all coefficients of G, and sets the other coefficients of
- * orders above 0 to zero. */
+/* Copies the constants, for the unit of time 1 / rate, and the values at the end of the last step,
+ * whose series is `from`. Expands G, and sets higher coefficients of other rows to zero. */
 static void REAL(begin_expansion)(REAL(terms) * s, const slow_directions *slow,
                                   const kr_series from[2], double rate)
 {
@@ -230,8 +227,7 @@ static void REAL(expand_spin)(REAL(terms) * s, int u_row, int order, const kr_se
                       r_mul(r_of(from[0].apex[1 + i], from[1].apex[1 + i]), s->c[u_row + i][n]));
 }
 /* Sets the coefficients, of orders below `order`, of the friction variable while friction holds the
- * top: of the friction torque <a, A (W' - X) + D U> divided by its maximum `friction`, where D is
- * the damping. The unit of time is 1 / rate. */
+ * top: the friction torque divided by its maximum `friction` (unit of time: 1 / rate). */
 static void REAL(expand_friction_ratio)(REAL(terms) * s, const slow_directions *slow, double rate,
                                         double friction, int order)
 {
@@ -260,8 +256,7 @@ static void REAL(write_coefficients)(const REAL(terms) * s, int order, kr_series
 /* Returns 1 if the motion at the end of the last step, whose series is `from`, is on the manifold:
  * each strongly damped u_i differs from its value on the manifold, the coefficient of order 0 in
  * s->c, by at most `near` times the larger of bound[i] (bound_damped_velocities) and `scale`.
- * Otherwise returns 0, and writes the estimated time to reach the manifold to `wait`, in units of
- * the series. */
+ * Otherwise returns 0, and writes the estimated time to reach the manifold to `wait`. */
 static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
                                 const slow_directions *slow, const double bound[3], double scale,
                                 double near, double *wait)
@@ -278,12 +273,11 @@ static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
     return last == 0.0;
 }
 /* Expands the motion on the slow manifold about the end of the last step, and writes the
- * coefficients to p->series. The iteration ends when a change (update_coefficients) is at most
- * `noise` times the largest bound on a strongly damped u_i. The permitted distance from the
- * manifold (is_on_manifold) is `near` times find_distance_scale(p, slow, strong). `friction` is the
- * maximum friction torque while friction holds the top. Returns 0, with p unchanged, if the
- * iteration does not converge or the motion is not on the manifold. `wait` is then the estimated
- * time to reach it. */
+ * coefficients to p->series. The iteration ends when the largest change is at most `noise` times
+ * the largest strongly damped u_i (bound_damped_velocities). The permitted distance from the
+ * manifold is `near` times find_distance_scale(p, slow, strong). `friction` is the maximum friction
+ * torque while friction holds the top. Returns 0, with p unchanged, if the iteration does not
+ * converge or the motion is not on the manifold. `wait` is then the estimated time to reach it. */
 static int REAL(expand_on_manifold)(kr_taylor *p, const slow_directions *slow,
                                     const slow_directions *strong, int order, double near,
                                     double noise, double friction, double *wait)

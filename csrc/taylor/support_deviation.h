@@ -1,6 +1,7 @@
 /* Variational equations (tangents.h) of tops with dry friction, or on a support that rotates or
- * shakes (series.h), including derivatives by parameters of support and friction. All vectors are
- * given by components along the principal axes of inertia:
+ * shakes (series.h), including derivatives by parameters of the support and of the friction.
+ * Vectors have components along the principal axes of inertia, and the unit of time is 1 / rate
+ * (taylor.h):
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W - E
  *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
  *          + P x (theta x K A P + K A (P x theta) + L P)
@@ -13,8 +14,8 @@
  *     AW + h      `momentum`; D U `dragged`                f  `torque`: the friction torque
  *     K           `gradient`: the gravity gradient         K A P  `steep`
  *     B, F, y, E, d, g, L  derivatives of A, D, h, O, a, f and K A by the tangent's parameter
- *     k P x b     k is the acceleration along -e3, and b the derivative of the lever per unit of
- *                 acceleration; or k is the derivative, and b the lever per unit
+ *     k, b        the acceleration along -e3, and mass * (center of mass); one of the two is
+ *                 replaced by its derivative by the parameter
  * While friction holds the top, g is chosen such that the spin <U, a> of the perturbed motion
  * remains zero. `real` and `real_vec` are the types of numbers and vectors (math/real.h). Arrays
  * hold Taylor coefficients; the n-th one of a product is a sum over j + m = n. */
@@ -99,7 +100,7 @@ static void REAL(read_path_coefficients)(REAL(moving_path) * p, const kr_series 
 }
 /* Sets the apex, inverse_inertia, and the coefficients, of orders below `order`, of the friction
  * torque f, which is constant while the top slides. While friction holds the top, lane 0 of path->w
- * contains f divided by its maximum (series.h). The unit of time is 1 / rate. */
+ * contains f divided by its maximum (series.h). */
 static void REAL(read_friction)(REAL(moving_path) * p, const kr_motion *motion, double rate,
                                 const kr_series path[2], int order)
 {
@@ -112,8 +113,7 @@ static void REAL(read_friction)(REAL(moving_path) * p, const kr_motion *motion, 
                            : r_of(0.0, 0.0);
     if (!p->is_held) p->torque[0] = r_of(-kr_support_sliding(path) * friction, 0.0);
 }
-/* Sets all members of p, given the series `path` of the top, for Taylor coefficients of orders
- * below `order`. 1 / rate is the unit of time of the series. */
+/* Sets all members of p, for orders below `order`, given the Taylor series `path` of the top. */
 static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, double rate,
                             const kr_series path[2], int order)
 {
@@ -151,10 +151,9 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, doub
     }
     if (p->is_held) REAL(read_path_coefficients)(p, path, order, rotor);
 }
-/* Subtracts k P x b from `push_loss`. b is g->pull, `scale` is from set_acceleration_coefficients
- * (support_tangents.c), t is the time since the beginning of the series, and
- *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine
- * with the cosine and sine of the phase of the shaking. */
+/* Subtracts k P x b from `push_loss`, where b is g->pull, and k is a function of the time t since
+ * the beginning of the series and the phase of the shaking (set_acceleration_coefficients):
+ *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine */
 static void REAL(add_weight_derivative)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                         const kr_tangent *g, const dd scale[4], int order)
 {
@@ -197,7 +196,7 @@ static void REAL(add_gradient_derivative)(const REAL(moving_path) * p, REAL(movi
     }
 }
 /* Sets turn_loss, push_loss and apex of the tangent d, given the derivatives in `g` of the
- * constants by the parameter of the tangent (tangents.h). The unit of time is 1 / rate. */
+ * constants by the parameter of the tangent (tangents.h). */
 static void REAL(set_parameter_terms)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                       const kr_motion *motion, double rate, const kr_series path[2],
                                       const kr_tangent *g, int order)
@@ -279,8 +278,8 @@ static void REAL(set_next_tangent_terms)(const REAL(moving_path) * p, REAL(movin
     if (p->has_friction) REAL(add_friction_change)(p, d, n);
 }
 /* Computes the coefficients of orders 1 to `order` of n single tangents (tangents.h). If
- * `jump_factor` is not NULL, only subtracts jump_factor * (change of the spin) * a from N at the
- * end of the step (kr_tangent.end), and `path` must begin there. The unit of time is 1 / rate. */
+ * `jump_factor` is not NULL, instead subtracts jump_factor * (change of the spin) * a from N at the
+ * end of the step (kr_tangent.end), where `path` must begin. */
 static void REAL(expand_or_jump_tangents)(const kr_motion *motion, double rate,
                                           const kr_series path[2], kr_tangent *first, size_t n,
                                           int order, const dd *jump_factor)

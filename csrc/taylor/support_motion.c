@@ -1,11 +1,10 @@
 /* Initial values and steps of the Taylor series for tops with dry friction or on moving supports
  * (series.h). The spin is <U, a> for the angular velocity U = W - O of the top relative to the
  * support, and the apex a. The top slides, or friction holds the top, that is, keeps the spin zero.
- * Within a step, the friction variable, in lane 0 of W (kr_series.w[n][0]), is a polynomial in
- * time: while the top slides, the spin; while friction holds the top, the friction torque divided
- * by its maximum. A step ends where the spin reaches zero or the friction torque reaches its
- * maximum, accurate to double precision, or to double-double precision if more than 16 digits are
- * requested. */
+ * Within a step, the friction variable, kr_series.w[n][0], is a polynomial in time: the spin while
+ * the top slides, or the friction torque divided by its maximum while friction holds the top. A
+ * step ends where the spin reaches zero or the torque reaches its maximum, accurate to double
+ * precision, or to double-double precision with more than 16 digits. */
 #include <float.h>
 #include <string.h>
 #include "slow.h"
@@ -52,10 +51,9 @@ static void remove_end_spin(kr_series s[2])
     set_vector_words(s[0].end_w, s[1].end_w,
                      vdd_add(W, vdd_scale(dd_neg(find_end_spin(s)), yield)));
 }
-/* Sets p->sliding of a top without spin: to 0 if friction can hold the top, else to the sign of the
- * spin when the top starts to slide. `torque_ratio` is the torque that friction has to balance,
- * divided by the maximum friction torque. The top starts to slide in the direction of the first
- * torque or, backward in time, in the opposite direction. */
+/* Sets p->sliding of a top without spin: to 0 if friction can hold the top, else to the direction
+ * in which the top starts to slide. This is the direction of the torque to balance or, backward in
+ * time, the opposite. `torque_ratio` is this torque divided by the maximum friction torque. */
 static void set_sliding_or_hold(kr_taylor *p, const kr_motion *motion, double torque_ratio)
 {
     const double along = (torque_ratio > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
@@ -177,9 +175,8 @@ static dd find_end_friction_slope(const kr_series s[2], int order)
         sum = dd_add(dd_mul(sum, h), dd_times(i, dd_make(s[0].w[i][0], s[1].w[i][0])));
     return sum;
 }
-/* Returns 1 if the spin, which has the sign `sliding` at the beginning of the step, changes its
- * sign once. find_friction_crossing does not detect this if the spin at the end is within `noise`
- * of zero. */
+/* Returns 1 if the spin, which begins with the sign `sliding`, changes its sign within the step.
+ * find_friction_crossing does not detect this if the spin at the end is within `noise` of zero. */
 static int spin_crosses_zero(const kr_series s[2], int order, double sliding, double noise)
 {
     const double span = s->end - s->t;
@@ -188,8 +185,8 @@ static int spin_crosses_zero(const kr_series s[2], int order, double sliding, do
     const double at = refine_friction_crossing(s, order, 0.0, span, noise).hi;
     return at * span > 0.0 && fabs(at) <= fabs(span);
 }
-/* Returns 1 if a top without spin cannot slide in the direction p->sliding, because its spin would
- * accelerate in the opposite direction (OPPOSED_ACCELERATION). */
+/* Returns 1 if the spin of a top at rest would accelerate against p->sliding, the direction in
+ * which the top is about to slide (OPPOSED_ACCELERATION). */
 static int is_sliding_impossible(const kr_taylor *p, const kr_motion *motion)
 {
     const kr_series *s = p->series;
@@ -200,9 +197,8 @@ static int is_sliding_impossible(const kr_taylor *p, const kr_motion *motion)
 /* Sets p->sliding and p->before_hold at the end of a step in which the friction variable has
  * reached `value`: 0 if friction has stopped the top, and 1 or -1 if friction can no longer hold
  * it. If the tolerance is large, the spin may accelerate opposite to the chosen direction of
- * sliding. Friction then holds the top, because the next step would have length zero. If the step
- * is on the slow manifold (`is_slow`), this is not tested, because the sign of the acceleration is
- * inaccurate. */
+ * sliding. Friction then holds the top, because the next step would have length zero. This is not
+ * tested on the slow manifold (`is_slow`), where the acceleration is inaccurate. */
 static void update_friction_mode(kr_taylor *p, const kr_motion *motion, int order, double value,
                                  int is_slow)
 {

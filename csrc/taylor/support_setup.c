@@ -7,8 +7,7 @@
 #include "support_setup.h"
 
 /* Returns first * (1 + z / (a (a+1)) + z^2 / (a (a+1) (a+2) (a+3)) + ...), without the terms whose
- * denominators contain a factor greater than `to`. With z = -x^2, this is sin x for first = x, a =
- * 2, and cos x for first = a = 1. */
+ * denominators contain a factor greater than `to`. */
 static dd dd_sum_trig_series(dd first, int a, int to, dd z)
 {
     dd term = first, sum = first;

@@ -1,8 +1,7 @@
 /* Constants (support_setup.c) and steps (support_motion.c) of the Taylor series for tops with dry
  * friction or on moving supports. Private to taylor/. The unit of time of a series is 1 / rate
  * internal units (method.h). The spin is the angular velocity about the apex, relative to the
- * support. The friction mode is the sign of the spin of a sliding top, or 0 while friction keeps
- * the spin zero (holds the top). An array s[2] contains high and low words. */
+ * support. The friction mode: the top slides, or friction holds it (keeps the spin zero). */
 #ifndef KR_TAYLOR_SUPPORT_SETUP_H
 #define KR_TAYLOR_SUPPORT_SETUP_H
 #include "model/scene.h"
@@ -14,8 +13,7 @@ static inline int kr_support_moves(const kr_scene *scene)
     return scene && kr_scene_needs_support_terms(scene);
 }
 /* Returns an upper bound, in internal units, on the rates of the support, of a top with the angular
- * velocity W and, unless `is_held` is nonzero, of friction. Shaking may later increase the energy,
- * and then the rate of the top, beyond the bound. */
+ * velocity W and, unless `is_held` is nonzero, of friction. Shaking may increase it. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
 /* Sets the constants in `s` that describe the support and the friction. Returns the lever arm c of
  * the equations in series.h, in internal units. */
@@ -35,8 +33,7 @@ void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate
 void kr_support_set_mode(const kr_motion *motion);
 /* Returns the sign of the spin of a sliding top, or 0 while friction holds the top. */
 double kr_support_sliding(const kr_series *s);
-/* Upper limit of the friction torque in internal units. Such a torque stops a top within a time
- * smaller than the rounding error of the time. Larger torques might overflow. */
+/* Upper limit of the friction torque in internal units, because larger torques might overflow. */
 #define MOST_FRICTION 1e250
 /* Returns the magnitude of the friction torque, with 1 / rate as the unit of time. */
 static inline double kr_support_friction(const kr_motion *motion, double rate)
@@ -49,16 +46,14 @@ static inline double kr_support_friction(const kr_motion *motion, double rate)
  * the series `path` of the top. The coefficients of order 0 are given. */
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 struct kr_tangent *first, size_t n, int order);
-/* Changes n single tangents at the end of the last step, whose series is `ended`, if the friction
- * torque jumps there: subtracts factor * (derivative of the spin) * apex from the momentum change N
- * of each tangent (tangents.h), unless the derivative is zero. `factor` is from
- * kr_support_ops.jumps. */
+/* Changes n single tangents because the friction torque jumps at the end of the last step, whose
+ * series is `ended`: subtracts factor * (derivative of the spin) * apex from each momentum change N
+ * (tangents.h), unless the derivative is zero. kr_support_ops.jumps writes `factor`. */
 void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
                               struct kr_tangent *first, size_t n, dd factor);
 
-/* The functions that only tops with friction or on moving supports need. The code for all tops
- * calls these functions through a pointer, which is NULL for the other tops, so that the linker can
- * omit the functions from programs without supports. */
+/* Functions that only tops with friction, a gravity gradient or a moving support need. Other tops
+ * have a NULL pointer instead of this struct, so most programs need not link it. */
 typedef struct kr_support_ops {
     double (*rate)(const kr_motion *motion, kr_vec3 W, int is_held);
     vec_dd (*set_constants)(kr_series s[2], const kr_motion *motion, double rate);

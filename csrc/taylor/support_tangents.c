@@ -6,11 +6,10 @@
 
 enum { TERMS = KR_TAYLOR_MAX + 1 /* coefficients of a series */ };
 
-/* Writes scale[0] to scale[3], which are initially zero. With the cosine and sine of the phase of
- * the shaking, and the time t since the beginning of the series, k = scale[0] + scale[1] cosine +
- * scale[2] sine + scale[3] t sine is the acceleration, 1, or the derivative of the acceleration by
- * the amplitude, rate or phase of the shaking, as selected by `timing`, a kr_timing (method.h). The
- * series begins at the time `since`. Its unit of time is 1 / rate. */
+/* Writes the constants in k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine, with
+ * the phase of the shaking, and the time t since the beginning `since` of the series, in its unit 1
+ * / rate. k is the acceleration, 1, or the derivative of the acceleration by the amplitude, rate or
+ * phase of the shaking, as selected by the kr_timing `timing` (method.h). */
 static void set_acceleration_coefficients(const kr_motion *motion, double rate, dd since,
                                           double timing, dd scale[4])
 {

@@ -154,8 +154,7 @@ static void set_motion_constants(const tangent_set *t, kr_tangent *g)
     g->damped = v_largest(motion->damping);
     g->gyrostat = v_largest(motion->rotor);
 }
-/* Sets the derivatives of the constants in the equations of motion by the parameter of the tangent,
- * in the units of the series. */
+/* Sets the derivatives of the constants, in the units of the series, by the tangent's parameter. */
 static void set_parameter_derivatives(const tangent_set *t, const deviation_address *at,
                                       const kr_seed *seed)
 {
@@ -185,8 +184,7 @@ static void apply_friction_jump(const tangent_set *t)
         supports->jumps(t->motion, t->order, &factor))
         supports->jump_tangents(t->motion, p->rate, p->series, t->first, t->n, factor);
 }
-/* Returns 1 if the top has dry friction, a gravity gradient or a moving support, or if a tangent is
- * a derivative with respect to a parameter of the support motion or to the gravity gradient. */
+/* Returns 1 if the motion or a tangent requires the terms of support_deviation.h. */
 static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed seeds[])
 {
     if (!supports) return 0;
@@ -271,8 +269,8 @@ static double truncation_tolerance(const tangent_set *t)
     return rest_over_tolerance * exp2(taylor_of(t->motion)->log2_tol);
 }
 /* Computes the Taylor series of the tangents for one substep, given their values at its beginning.
- * The substep is shorter than the rest of the step if the truncation error at the end of the step
- * would be too large. Returns the largest truncation error at the end of the substep. */
+ * The substep ends before the end of the step if the truncation error would be too large there.
+ * Returns the largest truncation error at the end of the substep. */
 static double expand_substep(const tangent_set *t)
 {
     const double most = truncation_tolerance(t), from = t->first->t;
@@ -292,8 +290,7 @@ static double expand_substep(const tangent_set *t)
     c->until = c->path[0].at;
     return worst;
 }
-/* Computes the Taylor series of the tangents for the first substep of the last step. Returns the
- * largest truncation error at the end of this substep. */
+/* Calls expand_substep for the first substep of the last step, and returns its result. */
 static double expand_first_substep(const tangent_set *t)
 {
     tangent_work *c = t->work;
@@ -306,8 +303,7 @@ static double expand_first_substep(const tangent_set *t)
     c->substep = 1.0;
     return expand_substep(t);
 }
-/* Computes the Taylor series of the path and of the tangents for the next substep. Returns the
- * largest truncation error at the end of this substep. */
+/* Computes the path in the next substep. Then calls expand_substep, and returns its result. */
 static double expand_next_substep(const tangent_set *t)
 {
     const kr_kernel *kernel = t->motion->aux;
@@ -326,8 +322,8 @@ static double expand_next_substep(const tangent_set *t)
     return expand_substep(t);
 }
 /* Propagates all tangents over the last step of the path. Returns the largest truncation error of
- * all substeps, or INFINITY if a tangent overflows, if a substep cannot be made short enough, or if
- * MAX_SUBSTEPS substeps do not suffice. */
+ * all substeps. Returns INFINITY on overflow, if a substep would be too short, or if MAX_SUBSTEPS
+ * substeps do not suffice. */
 static double propagate_over_substeps(const tangent_set *t)
 {
     const double most = truncation_tolerance(t);
@@ -373,9 +369,8 @@ static void expand_substep_at(const tangent_set *t, double time)
     while (c->substep < fmin(c->substeps, MAX_SUBSTEPS) && forward * (time - c->until) > 0.0)
         expand_next_substep(t);
 }
-/* Converts the momentum change `push` from the body frame and the units of the series to the space
- * frame and internal units. q is the attitude. With up to 16 digits, the rotation is computed in
- * double precision, because double-double arithmetic would dominate the run time. */
+/* Converts `push` from the body frame and the units of the series to the space frame and internal
+ * units. q is the attitude. With up to 16 digits, double precision saves time. */
 static vec_dd rotate_push_to_space(const tangent_set *t, quat_dd q, vec_dd push)
 {
     return vdd_scale_exactly(taylor_of(t->motion)->rate,
