@@ -113,7 +113,7 @@ static kr_status ode_begin(kr_motion *motion, const kr_state *start,
         tools *use = motion->aux = calloc(1, sizeof *use);
         if (!use) return KR_ERR_MEMORY;
         /* GSL's default error handler aborts the program. It remains switched off, because all
-         * threads of the process share the handler. */
+         * threads of the process share it. */
         gsl_set_error_handler_off();
         use->step = gsl_odeiv2_step_alloc(type, GSL_SIZE);
         use->control = gsl_odeiv2_control_y_new(tolerance(motion), tolerance(motion));
@@ -137,7 +137,7 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
 }
 
 /* Returns the largest step size that most_turn, most_fall and most_pull permit at the angular
- * velocity W. A rotor of momentum h rotates W at most at the rate |h| / (least moment of inertia). */
+ * velocity W. A rotor of momentum h rotates W at a rate up to |h| / (least moment of inertia). */
 static double find_longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;

@@ -1,21 +1,21 @@
 /* Motion with strong damping. A are the moments of inertia, D the damping coefficients, P is the
  * vertical, c the lever arm, h the momentum of a rotor, and W the angular velocity of the top, all
  * along the principal axes (taylor.h). O is the angular velocity of the support, U = W - O that of
- * the top relative to the support, and G the effective gravity (series.h). On a support at rest,
- * U = W and G = 1. Let damping about an axis be much faster than all other effects. After a
- * transient that decays as exp(-D t / A), the damping torque about this axis balances all other
- * torques: the motion stays on a slow manifold (Fenichel 1979). About this axis, the n-th Taylor
- * coefficients then satisfy
+ * the top relative to the support, and G the effective gravity (series.h). On a support at rest, U
+ * = W and G = 1. Let damping about an axis be much faster than all other effects. After a transient
+ * that decays as exp(-D t / A), the damping torque about this axis balances all other torques: the
+ * motion stays on a slow manifold (Fenichel 1979). About this axis, the n-th Taylor coefficients
+ * then satisfy
  *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1}
  * This equation is solved by iteration (slow_terms.h). The rotor torque h x W is on the left side,
  * because it is linear in W and may exceed the damping torque. The attitude, P, and the angular
- * velocities about weakly damped axes are expanded by the explicit recurrence of taylor.h. For all
- * axes, that recurrence would limit steps to about one damping time A / D, because the problem is
- * stiff. On the manifold, steps are much longer. Before the motion reaches the manifold, steps are
- * computed by that recurrence, with an absolute tolerance proportional to the small angular
- * velocity that the top has on the manifold. u_i is the component of U along a direction v_i, and
- * d_i its damping rate (slow_directions.h). The v_i are the principal axes or, while dry friction
- * holds the top, two directions perpendicular to the apex. */
+ * velocities about weakly damped axes are expanded by the explicit recurrence of taylor.h. If used
+ * for all axes, that recurrence would limit steps to about one damping time A / D, because the
+ * problem is stiff. On the manifold, steps are much longer. Before the motion reaches the manifold,
+ * steps are computed by that recurrence, with an absolute tolerance proportional to the small
+ * angular velocity that the top has on the manifold. u_i is the component of U along a direction
+ * v_i, and d_i its damping rate (slow_directions.h). The v_i are the principal axes or, while dry
+ * friction holds the top, two directions perpendicular to the apex. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
@@ -39,9 +39,9 @@ enum {
     ROWS = 24,
     SWEEPS = 64
 };
-/* First rows of U (U_OF), of the u_i (U_ROW) and of G P (GP_OF). Equal quantities share rows: U = W
- * without rotation of the support, u_i = U_i unless friction holds the top, and G P = P without
- * shaking. */
+/* First rows of U (U_OF), of the u_i (U_ROW) and of G P (GP_OF). Equal quantities share rows:
+ * u_i = U_i unless friction holds the top, U = W unless the support rotates, G P = P unless it
+ * shakes. */
 #define U_OF(slow) ((slow)->turns ? ROW_U : ROW_W)
 #define U_ROW(slow) ((slow)->is_held ? ROW_R : U_OF(slow))
 #define GP_OF(slow) ((slow)->shakes ? ROW_GP : ROW_P)
@@ -114,7 +114,7 @@ static void bound_damped_velocities(const kr_taylor *p, const slow_directions *s
 }
 /* Returns the velocity, in the units of the series, by which the relative tolerance is multiplied:
  * the smallest positive bound[i] (bound_damped_velocities), or the largest component of W if no
- * bound is positive. Lower limits are due to NEGLIGIBLE, ROUNDED and TINY_VELOCITY. */
+ * bound is positive. It has lower limits (NEGLIGIBLE, ROUNDED, TINY_VELOCITY). */
 static double find_error_scale(const kr_taylor *p, const slow_directions *slow)
 {
     const kr_series *s = p->series;
@@ -197,9 +197,10 @@ static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions 
     return p->log2_tol + log2(find_error_scale(p, slow));
 }
 
-/* Ends the step where the last Taylor terms are 2^log2_tol, or earlier where slow->fall demands it,
- * and evaluates the series there. With more than 16 digits, the terms after the index `head` are
- * evaluated in double precision. The step is so short that they are at most 2^(log2_tol + 52). */
+/* Ends the step where the last Taylor terms are 2^log2_tol, but not after order / 6 times the time
+ * 1 / slow->fall, and evaluates the series there. With more than 16 digits, the terms after the
+ * index `head` are evaluated in double precision. The step is then so short that these terms are at
+ * most 2^(log2_tol + 52). */
 static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                                   const slow_directions *slow, double log2_tol)
 {
@@ -207,9 +208,8 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
     double step = log2_step_size(s, order, log2_tol);
     if (motion->digits > 16) step = fmin(step, log2_step_size(s, head + 2, log2_tol + 52.0));
-    /* The evaluation of the series ignores low words after the head. Set those of the friction
-     * variable to zero, because refine_friction_crossing (support_motion.c) does not ignore
-     * them. */
+    /* The evaluation of the series ignores low words after the head. Those of the friction variable
+     * are set to 0, because refine_friction_crossing (support_motion.c) uses them. */
     for (int n = head + 1; n <= order; n++) s[1].w[n][0] = 0.0;
     const double longest = slow->fall > 0.0 ? order / 6.0 * (p->rate / slow->fall) : INFINITY;
     s[0].t = s[0].end;
@@ -250,9 +250,10 @@ static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
 }
 /* Returns the relative distance (is_on_manifold in slow_terms.h) up to which the motion counts as
  * on the manifold. It is `near` while the transient decays, and 1 after damping about the same axes
- * has been strong for SETTLED damping times. The distance is then a rounding error, but may be
- * large relative to the angular velocity of a top almost at rest. It is UNRESOLVED if the damping
- * time is below the rounding error of the time `clock`. Updates p->settling and p->settled. */
+ * has been strong for SETTLED damping times. The actual distance is then a rounding error, but may
+ * be large relative to the angular velocity of a top almost at rest. The result is UNRESOLVED if
+ * the damping time is below the rounding error of the time `clock`. Sets p->settling and
+ * p->settled. */
 static double choose_manifold_tolerance(kr_taylor *p, const slow_directions *slow, double clock,
                                         double near)
 {

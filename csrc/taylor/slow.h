@@ -10,9 +10,9 @@
 struct kr_support_ops;
 /* Writes to `slow` the directions v_i while friction holds the top (slow_directions.h). */
 void kr_slow_find_held(const kr_motion *motion, struct slow_directions *slow);
-/* Computes the next step, forward in time, on a slow manifold, and returns 1. If the motion is not
- * on one, returns 0, and the caller must compute the step with `kernel` and the tolerance
- * 2^*log2_tol. `supports` is NULL without friction, moving support and gradient. */
+/* Computes the next step, forward in time, on a slow manifold, and returns 1. Otherwise, returns 0,
+ * and the caller must compute the step with `kernel` and the tolerance 2^*log2_tol. `supports` is
+ * NULL without friction, moving support and gravity gradient. */
 int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, const struct kr_support_ops *supports,
                  double *log2_tol);
 /* For tops without friction on a support at rest. Returns 0 if damping is certainly not strong in

@@ -143,9 +143,8 @@ static double bound_rotor_rate(const slow_directions *slow)
     return most;
 }
 /* Marks all directions as strongly damped, except for the `weak_count` ones with the weakest
- * damping. Sets slow->fall and slow->rate, given bounds on the rates of the undamped motion and on
- * torques. Returns 1, and sets slow->gain, if damping about the marked directions is strong
- * (STRONG). */
+ * damping. Sets slow->fall and slow->rate, given bounds on undamped rates and on torques. Returns
+ * 1, and sets slow->gain, if damping about the marked directions is strong (STRONG). */
 static int mark_strong_directions(slow_directions *slow, int weak_count, double undamped_rate,
                                   double most_torque)
 {

@@ -68,8 +68,9 @@ static void REAL(find_relative_acceleration)(const REAL(terms) * s, const slow_d
     for (int i = 0; i < slow->count; i++)
         components[i] = slow->is_held ? REAL(find_component)(s, i, acceleration) : acceleration[i];
 }
-/* Sets the n-th coefficients of U and of W = O + U, given those of the u_i and of O. Keeps weakly
- * damped components of W_0, unless friction holds the top: rounding errors would accumulate. */
+/* Sets the n-th coefficients of U and of W = O + U, given those of the u_i and of O. Unless
+ * friction holds the top, the weakly damped components of W_0 are not changed, because rounding
+ * errors of O + U would accumulate from step to step. */
 static void REAL(set_velocities_from_slow)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     if (!slow->is_held && !slow->turns) return;
@@ -109,9 +110,9 @@ static void REAL(set_next_attitude)(REAL(terms) * s, int u_row, int n)
     }
     s->c[ROW_Q][n + 1] = r_div(rate, r_of(2 * (n + 1), 0.0));
 }
-/* Sets the n-th coefficients of the strongly damped u_i by solving the equations above, with u_i'
- * from the previous iteration. slow->gain includes the coupling by a rotor. Returns the largest
- * change. */
+/* Sets the n-th coefficients of the strongly damped u_i by solving the equations at the top of this
+ * file, with u_i' from the previous iteration. A rotor couples the equations (slow->gain). Returns
+ * the largest change of a coefficient. */
 static double REAL(update_damped_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     real force[3], off[3];
@@ -133,7 +134,7 @@ static double REAL(update_damped_velocities)(REAL(terms) * s, const slow_directi
     return moved;
 }
 /* Performs one iteration: computes the coefficients of all rows but q and the friction variable.
- * Returns the largest change of a strongly damped u_i up to the order `order` / 2. */
+ * Returns the largest change of a strongly damped u_i in orders up to `order` / 2. */
 static double REAL(update_coefficients)(REAL(terms) * s, const slow_directions *slow, int order)
 {
     const int u = U_OF(slow);
@@ -187,7 +188,7 @@ static void REAL(expand_gravity)(REAL(terms) * s, const kr_series from[2])
     g[0] = r_add(g[0], r_of(from[0].sway[3], from[1].sway[3]));
 }
 /* Copies the constants, for the unit of time 1 / rate, and the values at the end of the last step,
- * whose series is `from`. Expands G, and sets higher coefficients of other rows to zero. */
+ * whose series is `from`. Expands G, and sets all other coefficients to zero. */
 static void REAL(begin_expansion)(REAL(terms) * s, const slow_directions *slow,
                                   const kr_series from[2], double rate)
 {
@@ -216,8 +217,8 @@ static void REAL(begin_expansion)(REAL(terms) * s, const slow_directions *slow,
         s->c[U_ROW(slow) + i][0] = REAL(find_end_relative_velocity)(s, slow, from, i);
     if (slow->shakes) REAL(expand_gravity)(s, from);
 }
-/* Adds the coefficients, of orders 0 to `order`, of the spin <U, a> of a sliding top to those of
- * the friction variable, which must be zero. The rows of U begin at `u_row`. */
+/* Sets the coefficients, of orders 0 to `order`, of the friction variable of a sliding top: the
+ * spin <U, a>. They must be zero before. The rows of U begin at `u_row`. */
 static void REAL(expand_spin)(REAL(terms) * s, int u_row, int order, const kr_series from[2])
 {
     for (int n = 0; n <= order; n++)
@@ -256,7 +257,8 @@ static void REAL(write_coefficients)(const REAL(terms) * s, int order, kr_series
 /* Returns 1 if the motion at the end of the last step, whose series is `from`, is on the manifold:
  * each strongly damped u_i differs from its value on the manifold, the coefficient of order 0 in
  * s->c, by at most `near` times the larger of bound[i] (bound_damped_velocities) and `scale`.
- * Otherwise returns 0, and writes the estimated time to reach the manifold to `wait`. */
+ * Otherwise returns 0, and writes the estimated time until it is to `wait`, in the units of the
+ * series. */
 static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
                                 const slow_directions *slow, const double bound[3], double scale,
                                 double near, double *wait)
@@ -273,11 +275,12 @@ static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
     return last == 0.0;
 }
 /* Expands the motion on the slow manifold about the end of the last step, and writes the
- * coefficients to p->series. The iteration ends when the largest change is at most `noise` times
- * the largest strongly damped u_i (bound_damped_velocities). The permitted distance from the
- * manifold is `near` times find_distance_scale(p, slow, strong). `friction` is the maximum friction
- * torque while friction holds the top. Returns 0, with p unchanged, if the iteration does not
- * converge or the motion is not on the manifold. `wait` is then the estimated time to reach it. */
+ * coefficients to p->series. The iteration ends when update_coefficients returns at most `noise`
+ * times the largest bound on a strongly damped u_i (bound_damped_velocities). The permitted
+ * distance from the manifold is `near` times find_distance_scale(p, slow, strong). `friction` is
+ * the maximum friction torque while friction holds the top. Returns 0, with p unchanged, if the
+ * iteration does not converge or the motion is not on the manifold. `wait` is then the estimated
+ * time to reach it, in the units of the series. */
 static int REAL(expand_on_manifold)(kr_taylor *p, const slow_directions *slow,
                                     const slow_directions *strong, int order, double near,
                                     double noise, double friction, double *wait)

@@ -151,8 +151,9 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, doub
     }
     if (p->is_held) REAL(read_path_coefficients)(p, path, order, rotor);
 }
-/* Subtracts k P x b from `push_loss`, where b is g->pull, and k is a function of the time t since
- * the beginning of the series and the phase of the shaking (set_acceleration_coefficients):
+/* Subtracts k P x b from `push_loss`, where b is g->pull. `scale` is from
+ * set_acceleration_coefficients. With the time t since the beginning of the series, and the phase
+ * of the shaking,
  *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine */
 static void REAL(add_weight_derivative)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                         const kr_tangent *g, const dd scale[4], int order)
@@ -279,7 +280,7 @@ static void REAL(set_next_tangent_terms)(const REAL(moving_path) * p, REAL(movin
 }
 /* Computes the coefficients of orders 1 to `order` of n single tangents (tangents.h). If
  * `jump_factor` is not NULL, instead subtracts jump_factor * (change of the spin) * a from N at the
- * end of the step (kr_tangent.end), where `path` must begin. */
+ * end of the step (kr_tangent.end). In this case, `path` must begin at the end of the step. */
 static void REAL(expand_or_jump_tangents)(const kr_motion *motion, double rate,
                                           const kr_series path[2], kr_tangent *first, size_t n,
                                           int order, const dd *jump_factor)

@@ -17,9 +17,9 @@
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
 /* Rounding error of the initial spin, given in doubles, divided by the largest term of <U, a>. */
 #define ROUNDED_SPIN 0x1p-44
-/* Below this threshold, in the units of the series, is_sliding_impossible neglects a spin
- * acceleration opposite to the direction of sliding. Rounding errors are far smaller. With such an
- * acceleration, the spin stays negligible until the acceleration changes its sign. */
+/* is_sliding_impossible neglects a spin acceleration against the direction of sliding that is below
+ * this threshold, in the units of the series, times 1 + (largest damping rate). Rounding errors are
+ * far smaller. The spin stays negligible until a neglected acceleration changes its sign. */
 #define OPPOSED_ACCELERATION 0x1p-32
 /* Width of the intervals at which bisection stops, as a fraction of the step. */
 #define NARROW_PART 0x1p-30
@@ -52,16 +52,16 @@ static void remove_end_spin(kr_series s[2])
                      vdd_add(W, vdd_scale(dd_neg(find_end_spin(s)), yield)));
 }
 /* Sets p->sliding of a top without spin: to 0 if friction can hold the top, else to the direction
- * in which the top starts to slide. This is the direction of the torque to balance or, backward in
- * time, the opposite. `torque_ratio` is this torque divided by the maximum friction torque. */
+ * in which the top starts to slide. This is the direction of the torque that friction has to
+ * balance; backward in time, the opposite. `torque_ratio` is this torque divided by its maximum. */
 static void set_sliding_or_hold(kr_taylor *p, const kr_motion *motion, double torque_ratio)
 {
     const double along = (torque_ratio > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
     p->sliding = fabs(torque_ratio) <= 1.0 ? 0.0 : along;
 }
 /* Returns the threshold, in the units of the series, below which the initial spin counts as zero:
- * NEGLIGIBLE_SPIN, or less if damping is so strong that the unit of time 1 / p->rate is much
- * shorter than the time scale of the motion. It is at least the rounding error of the spin. */
+ * NEGLIGIBLE_SPIN (or _DEEP), or less if damping is so strong that the unit of time 1 / p->rate is
+ * much shorter than the time scale of the motion. It is at least the rounding error of the spin. */
 static double initial_spin_threshold(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -136,9 +136,9 @@ static double find_friction_crossing(const kr_series *s, int order, double sign,
         for (int i = order; i >= k; i--) b[i] += b[i - 1];
     return find_first_negative(b, order, 0.0, 1.0);
 }
-/* Returns the time, from the beginning of the step, at which the friction variable equals `value`.
- * Newton's method starts at the time `near`. The result may be earlier than `near` by about the
- * time in which the friction variable changes by 2 * `noise`. */
+/* Returns the time since the beginning of the step (negative backward in time) at which the
+ * friction variable equals `value`. Newton's method starts at the time `near`. The result may be
+ * earlier than `near` by about the time in which the friction variable changes by 2 * `noise`. */
 static dd refine_friction_crossing(const kr_series s[2], int order, double value, double near,
                                    double noise)
 {
@@ -185,8 +185,8 @@ static int spin_crosses_zero(const kr_series s[2], int order, double sliding, do
     const double at = refine_friction_crossing(s, order, 0.0, span, noise).hi;
     return at * span > 0.0 && fabs(at) <= fabs(span);
 }
-/* Returns 1 if the spin of a top at rest would accelerate against p->sliding, the direction in
- * which the top is about to slide (OPPOSED_ACCELERATION). */
+/* Returns 1 if a top without spin, which is about to slide in the direction p->sliding, would be
+ * accelerated in the opposite direction (OPPOSED_ACCELERATION). */
 static int is_sliding_impossible(const kr_taylor *p, const kr_motion *motion)
 {
     const kr_series *s = p->series;

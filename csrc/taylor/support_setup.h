@@ -13,7 +13,7 @@ static inline int kr_support_moves(const kr_scene *scene)
     return scene && kr_scene_needs_support_terms(scene);
 }
 /* Returns an upper bound, in internal units, on the rates of the support, of a top with the angular
- * velocity W and, unless `is_held` is nonzero, of friction. Shaking may increase it. */
+ * velocity W and, unless `is_held` is nonzero, of friction. Shaking may raise it later. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
 /* Sets the constants in `s` that describe the support and the friction. Returns the lever arm c of
  * the equations in series.h, in internal units. */
@@ -52,8 +52,9 @@ void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_s
 void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
                               struct kr_tangent *first, size_t n, dd factor);
 
-/* Functions that only tops with friction, a gravity gradient or a moving support need. Other tops
- * have a NULL pointer instead of this struct, so most programs need not link it. */
+/* Functions that only tops with friction, a gravity gradient or a moving support need. For other
+ * tops, the pointer to this struct is NULL, so that the linker can omit them from programs without
+ * such tops. */
 typedef struct kr_support_ops {
     double (*rate)(const kr_motion *motion, kr_vec3 W, int is_held);
     vec_dd (*set_constants)(kr_series s[2], const kr_motion *motion, double rate);

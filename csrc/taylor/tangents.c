@@ -370,7 +370,8 @@ static void expand_substep_at(const tangent_set *t, double time)
         expand_next_substep(t);
 }
 /* Converts `push` from the body frame and the units of the series to the space frame and internal
- * units. q is the attitude. With up to 16 digits, double precision saves time. */
+ * units. q is the attitude. With up to 16 digits, the rotation is computed in double precision to
+ * save time. */
 static vec_dd rotate_push_to_space(const tangent_set *t, quat_dd q, vec_dd push)
 {
     return vdd_scale_exactly(taylor_of(t->motion)->rate,
