@@ -1,11 +1,11 @@
 /* Motion with strong damping. A are the moments of inertia, D the damping coefficients, P is the
  * vertical, c the lever arm, h the momentum of a rotor, and W the angular velocity of the top, all
  * along the principal axes (taylor.h). O is the angular velocity of the support, U = W - O that of
- * the top relative to the support, and G the effective gravity (series.h). On a support at rest, U
- * = W and G = 1. Let damping about an axis be much faster than all other effects. After a transient
- * that decays as exp(-D t / A), the damping torque about this axis balances all other torques: the
- * motion stays on a slow manifold (Fenichel 1979). About this axis, the n-th Taylor coefficients
- * then satisfy
+ * the top relative to the support, and G the effective gravity (series.h). On a support at rest,
+ * U = W and G = 1. Let damping about an axis be much faster than all other effects. After a
+ * transient that decays as exp(-D t / A), the damping torque about this axis balances all other
+ * torques: the motion stays on a slow manifold (Fenichel 1979). About this axis, the n-th Taylor
+ * coefficients then satisfy
  *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1}
  * This equation is solved by iteration (slow_terms.h). The rotor torque h x W is on the left side,
  * because it is linear in W and may exceed the damping torque. The attitude, P, and the angular

@@ -69,8 +69,8 @@ static void REAL(find_relative_acceleration)(const REAL(terms) * s, const slow_d
         components[i] = slow->is_held ? REAL(find_component)(s, i, acceleration) : acceleration[i];
 }
 /* Sets the n-th coefficients of U and of W = O + U, given those of the u_i and of O. Unless
- * friction holds the top, the weakly damped components of W_0 are not changed, because rounding
- * errors of O + U would accumulate from step to step. */
+ * friction holds the top, the weakly damped components of W_0 (order 0) are not changed, because
+ * rounding errors of O + U would accumulate from step to step. */
 static void REAL(set_velocities_from_slow)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     if (!slow->is_held && !slow->turns) return;
@@ -257,7 +257,7 @@ static void REAL(write_coefficients)(const REAL(terms) * s, int order, kr_series
 /* Returns 1 if the motion at the end of the last step, whose series is `from`, is on the manifold:
  * each strongly damped u_i differs from its value on the manifold, the coefficient of order 0 in
  * s->c, by at most `near` times the larger of bound[i] (bound_damped_velocities) and `scale`.
- * Otherwise returns 0, and writes the estimated time until it is to `wait`, in the units of the
+ * Otherwise returns 0, and writes to `wait` the estimated time to reach it, in the units of the
  * series. */
 static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
                                 const slow_directions *slow, const double bound[3], double scale,

@@ -33,7 +33,7 @@ typedef struct REAL(moving_path) {
 } REAL(moving_path);
 /* Taylor series of one tangent. `cross` is c x theta, `apex_change` is theta x a + d, `apex` is d,
  * and `tilted` is theta x K A P + K A (P x theta). `turn_loss` and `push_loss` are the negatives of
- * the terms of theta' and N' that contain neither theta nor N. */
+ * the terms of theta' and N' with B, y, E, F, k, L and, while the top slides, g. */
 typedef struct REAL(moving_deviation) {
     real_vec turn[TERMS], push[TERMS], cross[TERMS], apex_change[TERMS], turn_loss[TERMS],
         push_loss[TERMS], tilted[TERMS], apex;
@@ -151,9 +151,9 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, doub
     }
     if (p->is_held) REAL(read_path_coefficients)(p, path, order, rotor);
 }
-/* Subtracts k P x b from `push_loss`, where b is g->pull. `scale` is from
- * set_acceleration_coefficients. With the time t since the beginning of the series, and the phase
- * of the shaking,
+/* Subtracts k P x b from `push_loss`, where b is g->pull. With `scale` from
+ * set_acceleration_coefficients, the time t since the beginning of the series, and the cosine and
+ * sine of the phase of the shaking,
  *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine */
 static void REAL(add_weight_derivative)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                         const kr_tangent *g, const dd scale[4], int order)

@@ -1,7 +1,8 @@
 /* Constants (support_setup.c) and steps (support_motion.c) of the Taylor series for tops with dry
  * friction or on moving supports. Private to taylor/. The unit of time of a series is 1 / rate
  * internal units (method.h). The spin is the angular velocity about the apex, relative to the
- * support. The friction mode: the top slides, or friction holds it (keeps the spin zero). */
+ * support. In one friction mode, the top slides. In the other mode, friction holds it (keeps the
+ * spin zero). */
 #ifndef KR_TAYLOR_SUPPORT_SETUP_H
 #define KR_TAYLOR_SUPPORT_SETUP_H
 #include "model/scene.h"
