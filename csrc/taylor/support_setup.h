@@ -14,7 +14,7 @@ static inline int kr_support_moves(const kr_scene *scene)
     return scene && kr_scene_needs_support_terms(scene);
 }
 /* Returns an upper bound, in internal units, on the rates of the support, of a top with the angular
- * velocity W and, unless `is_held` is nonzero, of friction. Shaking may raise it later. */
+ * velocity W and, unless `is_held` is nonzero, of friction. Shaking may raise the rates. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
 /* Sets the constants in `s` that describe the support and the friction. Returns the lever arm c of
  * the equations in series.h, in internal units. */
@@ -25,8 +25,8 @@ vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway);
 /* Writes the cosine and sine of the phase of the shaking at the time `end` + `low` of a series. */
 void kr_support_phase(const kr_motion *motion, double rate, double end, double low, dd *cosine,
                       dd *sine);
-/* Sets s->turn, the angular velocity of the support, and s->sway[0] and s->sway[1], the oscillating
- * part of G, at the end of the last step, where the next step begins. */
+/* Sets the values of s->turn, s->sway[0] and s->sway[1] (kr_series in taylor.h) at the end of the
+ * last step, where the next step begins. */
 void kr_support_place(kr_series s[2], const kr_motion *motion, double rate);
 /* Lowers s->fall, which limits the step size (taylor.h), so that the support motion is resolved. */
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate);
