@@ -1,12 +1,11 @@
 /* Two GSL methods, used as references: the Prince-Dormand Runge-Kutta pair and the semi-implicit
- * Bulirsch-Stoer method. They integrate
- *     q' = (q W - S q) / 2,    I W' = (I W + h) x W + P x (lever + k I P),    P = q* e3 q
- * for the attitude q. W and P are the angular velocity and the vertical in the body frame, I are
- * the moments of inertia, h is the momentum of the rotor, k the gravity gradient, and S the angular
- * velocity of the support. Neither method conserves any integral of the motion. This file uses
- * GSL's step and control objects, but not gsl_odeiv2_evolve, because each step size must exactly
- * equal the difference between the end and the start time of the step. The time limit `until` of a
- * step may be infinite. A failed step does not change the state of the motion. */
+ * Bulirsch-Stoer method. q is the attitude, and W is the angular velocity in the body frame:
+ *     q' = (q W - S q) / 2,    I W' = (I W + h) x W + P x (l + k I P),    P = q* e3 q
+ * P is the vertical in the body frame, I the moments of inertia, h the angular momentum of the
+ * rotor, l = weight * (center of mass), k the gravity gradient, and S the angular velocity of the
+ * support (motion_support_velocity in method.h). Neither method conserves any integral of the
+ * motion. gsl_odeiv2_evolve is not used, because each step size must exactly equal the difference
+ * between the end and the start time of the step. A failed step does not change the state. */
 #include <float.h>
 #include <stdlib.h>
 #include <gsl/gsl_errno.h>
@@ -14,13 +13,12 @@
 #include "gsl.h"
 
 enum { MAX_TRIES = 1000 };
-/* Largest permitted rotation of the top per step, in radians. The semi-implicit method damps
- * rotations that it fails to resolve. If the top made whole turns within a step, the error estimate
- * would be too small. (extrapolation.h needs no such limit.) */
+/* Largest rotation of the top per step, in radians. With whole turns within a step, GSL's error
+ * estimate might be too small. The semi-implicit method damps unresolved rotations. */
 static const double most_turn = 4.0;
-/* Upper limits on h^2 a and h a, where h is the step size and a bounds the angular acceleration due
- * to gravity. Beyond these limits, rounding errors might make the matrix 1 - h J singular, where J
- * is the Jacobian. GSL would then read uninitialized memory. */
+/* Upper limits on h^2 a (most_fall) and h a (most_pull) in internal units: h is the step size, and
+ * a bounds the angular acceleration due to gravity. Beyond these limits, rounding errors might make
+ * the matrix 1 - h J singular (J: Jacobian), and GSL would read uninitialized memory. */
 static const double most_fall = 1e12, most_pull = 1e14;
 
 typedef struct {
@@ -67,8 +65,8 @@ int kr_gsl_rates(double t, const double y[], double rate[], void *params)
     motion->stats.evaluations++;
     return check_finite(rate, GSL_SIZE);
 }
-/* Each column of the Jacobian is the derivative of the right-hand side with respect to one
- * variable. For a change (dq, dW) of the variables, dP = 2 vec(q* e3 dq). */
+/* Computes each column of the Jacobian as the derivative of the right-hand side with respect to one
+ * component of y. A change (dq, dW) of y = (q, W) changes P by dP = 2 vec(q* e3 dq). */
 int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[], void *params)
 {
     kr_motion *motion = params;
@@ -114,8 +112,8 @@ static kr_status ode_begin(kr_motion *motion, const kr_state *start,
     if (!motion->aux) {
         tools *use = motion->aux = calloc(1, sizeof *use);
         if (!use) return KR_ERR_MEMORY;
-        /* GSL's default error handler aborts the program. The handler is shared by the whole
-         * process, so the previous one is not restored. */
+        /* GSL's default error handler aborts the program. It remains switched off, because all
+         * threads of the process share it. */
         gsl_set_error_handler_off();
         use->step = gsl_odeiv2_step_alloc(type, GSL_SIZE);
         use->control = gsl_odeiv2_control_y_new(tolerance(motion), tolerance(motion));
@@ -139,8 +137,7 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
 }
 
 /* Returns the largest step size that most_turn, most_fall and most_pull permit at the angular
- * velocity W. A rotor with angular momentum h rotates W in the body frame at a rate of at most |h|
- * / I, where I is the smallest moment of inertia. */
+ * velocity W. A rotor of momentum h rotates W at a rate up to |h| / (least moment of inertia). */
 static double find_longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;
@@ -151,8 +148,9 @@ static double find_longest_step(const kr_motion *motion, kr_vec3 W)
                  a = fmax(fmax((y + z) / I.x, (z + x) / I.y), (x + y) / I.z) + steep;
     return fmin(most_turn / rate, fmin(sqrt(most_fall / a), most_pull / a));
 }
-/* Tries a step of size h from the state p. Writes the result and the suggested size of the
- * following step to `next`. If the step is rejected, returns 0, and next->h is the size to try. */
+/* Tries a step of size h from the state p. If the step is accepted, returns 1, and writes the new
+ * state and the suggested size of the following step to `next`. If the step is rejected, returns 0,
+ * and next->h is the size for the next attempt. */
 static int try_step(kr_motion *motion, double h, const ode_work *p, ode_work *next)
 {
     const gsl_odeiv2_system system = {kr_gsl_rates, kr_gsl_jacobian, GSL_SIZE, motion};

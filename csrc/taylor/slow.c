@@ -1,30 +1,30 @@
-/* Motion with strong damping. If damping about an axis is much faster than all other effects, the
- * torque determines the angular velocity about this axis, after a transient that decays as
- * exp(-D t / A) (Fenichel 1979). The motion then stays on a slow manifold, where the Taylor
- * coefficients of the angular velocity about this axis satisfy, in the notation of taylor.h,
- *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1},   W_n = O_n + U_n
- * This equation is solved by iteration (slow_terms.h). O is the angular velocity of the support,
- * and U that of the top relative to the support. G is the effective gravity on a shaken support
- * (series.h). On a support at rest, U = W and G = 1. The rotor torque h x W is on the left side,
- * because it is linear in W and may exceed the damping torque. All other coefficients are computed
- * by the explicit recurrence of taylor.h. The radius of convergence is that of the slow motion, so
- * steps can be long. The explicit recurrence alone would limit steps to about one damping time
- * A / D, because the problem is stiff. It is used until the motion reaches the manifold, with an
- * absolute tolerance proportional to the small angular velocity that the top has on the manifold. A
- * motion that has reached the manifold stays there, although rounding errors grow relative to the
- * angular velocity while the top comes to rest. While a top with dry friction slides, the friction
- * torque is constant. While friction holds the top, that is, keeps the spin about the apex zero,
- * damping acts only about the two directions normal to the apex. u_i is the component of U along a
- * direction v_i, and d_i its damping rate (slow_directions.h). */
+/* Motion with strong damping. A are the moments of inertia, D the damping coefficients, P is the
+ * vertical, c the lever arm, h the momentum of a rotor, and W the angular velocity of the top, all
+ * along the principal axes (taylor.h). O is the angular velocity of the support, U = W - O that of
+ * the top relative to the support, and G the effective gravity (series.h). On a support at rest,
+ * U = W and G = 1. Let damping about an axis be much faster than all other effects. After a
+ * transient that decays as exp(-D t / A), the damping torque about this axis balances all other
+ * torques: the motion stays on a slow manifold (Fenichel 1979). About this axis, the n-th Taylor
+ * coefficients then satisfy
+ *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1}
+ * This equation is solved by iteration (slow_terms.h). The rotor torque h x W is on the left side,
+ * because it is linear in W and may exceed the damping torque. The attitude, P, and the angular
+ * velocities about weakly damped axes are expanded by the explicit recurrence of taylor.h. If used
+ * for all axes, that recurrence would limit steps to about one damping time A / D, because the
+ * problem is stiff. On the manifold, steps are much longer. Before the motion reaches the manifold,
+ * steps are computed by that recurrence, with an absolute tolerance proportional to the small
+ * angular velocity that the top has on the manifold. u_i is the component of U along a direction
+ * v_i, and d_i its damping rate (slow_directions.h). The v_i are the principal axes or, while dry
+ * friction holds the top, two directions perpendicular to the apex. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
 #include "slow.h"
 #include "support_setup.h"
 
-/* First rows of the table of Taylor coefficients in slow_terms.h: of q, P, the friction variable,
- * W, U, O, G, G P, and the u_i while friction holds the top. The first ROWS_OF_SERIES rows are
- * those of x and w in kr_series. The rows from ROW_U on are for support terms (series.h) only. */
+/* First rows of the table of Taylor coefficients in slow_terms.h: of q, P, the friction variable
+ * (series.h), W, U, O, G, G P, and the u_i while friction holds the top. The first ROWS_OF_SERIES
+ * rows contain kr_series.x and kr_series.w. The others are for friction and moving supports. */
 enum {
     ROW_Q = 0,
     ROW_P = 5,
@@ -39,17 +39,17 @@ enum {
     ROWS = 24,
     SWEEPS = 64
 };
-/* The first rows of U, of the u_i and of G P. U shares the rows of W if O = 0, the u_i share those
- * of U unless friction holds the top, and G P shares those of P unless the support shakes. */
+/* First rows of U (U_OF), of the u_i (U_ROW) and of G P (GP_OF). Equal quantities share rows:
+ * u_i = U_i unless friction holds the top, U = W unless the support rotates, G P = P unless it
+ * shakes. */
 #define U_OF(slow) ((slow)->turns ? ROW_U : ROW_W)
 #define U_ROW(slow) ((slow)->is_held ? ROW_R : U_OF(slow))
 #define GP_OF(slow) ((slow)->shakes ? ROW_GP : ROW_P)
 /* Angular velocities below TINY_VELOCITY, in the units of the series, are treated as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
-/* An error of an angular velocity is compared with its magnitude, but at least with NEGLIGIBLE
- * times the largest angular velocity. On a rotating support, it is compared with at least ROUNDED
- * times the support's angular velocity, which has rounding errors. */
+/* The velocity by which errors are divided (find_error_scale) is at least NEGLIGIBLE times the
+ * largest angular velocity, and ROUNDED times velocities whose rounding errors affect u_i. */
 #define NEGLIGIBLE 0x1p-64
 #define ROUNDED 0.25
 /* Rounding error of the difference between two doubles, relative to the larger of them. */
@@ -82,9 +82,9 @@ static kr_vec3 find_weakly_damped_velocity(const kr_series *s, const slow_direct
             sum = v_axpy(v_dot(high_words(slow->dual[i]), U), high_words(slow->v[i]), sum);
     return sum;
 }
-/* Writes to bound[i], in the units of the series, an upper bound on the strongly damped u_i that
- * the torques at the end of the last step cause on the slow manifold, or 0 for a weakly damped u_i.
- * Products of two strongly damped u_i are neglected. */
+/* Writes to bound[i] an approximate upper bound, in the units of the series, on |u_i| on the slow
+ * manifold at the end of the last step, or 0 for a weakly damped u_i. The u_i' and products of two
+ * strongly damped u_i are neglected. */
 static void bound_damped_velocities(const kr_taylor *p, const slow_directions *slow,
                                     double bound[3])
 {
@@ -112,10 +112,10 @@ static void bound_damped_velocities(const kr_taylor *p, const slow_directions *s
             bound[i] += slow->is_slow[i] ? fabs(slow->gain[i][k]) * alone : 0.0;
     }
 }
-/* Writes `bound` (bound_damped_velocities). Returns the velocity by which the relative tolerance
- * is multiplied: the smallest non-negligible bound[i] on a strongly damped u_i, or the largest
- * angular velocity if all are 0. On a rotating support or while friction holds the top, the result
- * is at least ROUNDED times the other velocities whose rounding errors enter u_i. */
+/* Writes `bound` (bound_damped_velocities). Returns the velocity, in the units of the series, by
+ * which the relative tolerance is multiplied: the smallest positive bound[i], or the largest
+ * component of W if no bound is positive. It has lower limits (NEGLIGIBLE, ROUNDED, TINY_VELOCITY).
+ */
 static double find_error_scale(const kr_taylor *p, const slow_directions *slow, double bound[3])
 {
     const kr_series *s = p->series;
@@ -132,9 +132,9 @@ static double find_error_scale(const kr_taylor *p, const slow_directions *slow, 
     least = fmax(fmin(fmax(least, NEGLIGIBLE * most), most), ROUNDED * rounded);
     return fmax(least, TINY_VELOCITY);
 }
-/* Returns the velocity to which distances from the slow manifold are relative, given the error
- * scale of its directions. After a step with the larger set `strong` has failed, the tolerance of a
- * step is relative to the error scale of `strong`, and a distance may be an error of such steps. */
+/* Returns the velocity to which distances from the slow manifold are relative, given
+ * find_error_scale of its directions. If `strong` is not NULL, it marks more directions, and errors
+ * of earlier steps are proportional to its error scale. In this case, returns the larger scale. */
 static double find_distance_scale(const kr_taylor *p, double error_scale,
                                   const slow_directions *strong)
 {
@@ -148,8 +148,9 @@ static double find_distance_scale(const kr_taylor *p, double error_scale,
 #include "math/real.h"
 #include "slow_terms.h"
 
-/* Returns an upper bound, in internal units (method.h), on the rates of the support and of the
- * undamped top, now and later, if its angular velocity now is `velocity`. */
+/* Returns a bound, in internal units (method.h), on the rate of the motion without damping: on the
+ * angular speed that the top can reach if its angular velocity now is `velocity` and, if `supports`
+ * is not NULL, on the rates at which the support rotates and shakes. */
 static double bound_undamped_rate(const kr_motion *motion, kr_vec3 velocity,
                                   const kr_support_ops *supports)
 {
@@ -163,8 +164,8 @@ static double support_angular_speed(const kr_taylor *p)
     const kr_series *s = p->series;
     return s->linear > 1.0 ? p->rate * v_length(v_of(s->turn + 1)) : 0.0;
 }
-/* Returns an upper bound on the sum of the torques due to weight, gravity gradient, sliding
- * friction and the rotation of the support, in internal units (method.h). */
+/* Returns an upper bound, in internal units (method.h), on the sum of the torques due to weight,
+ * gravity gradient, sliding friction and the rotation of the support. */
 static double bound_undamped_torque(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -178,8 +179,7 @@ static double bound_undamped_torque(const kr_motion *motion)
     return pull * largest_effective_gravity(s) + friction +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
-/* Returns log2 of the largest absolute n-th coefficient of q, P and W, or -LOG2_AT_REST if all are
- * zero. In log2_step_size, h^n is then about 2^LOG2_AT_REST, which does not overflow. */
+/* Returns log2 of the largest absolute n-th coefficient, or -LOG2_AT_REST if all are zero. */
 static double log2_norm(const kr_series *s, int n)
 {
     double size = 0.0;
@@ -187,8 +187,8 @@ static double log2_norm(const kr_series *s, int n)
     for (int i = 0; i < 4; i++) size = fmax(size, fabs(s->w[n][i]));
     return size > 0.0 ? log2(size) : -LOG2_AT_REST;
 }
-/* Returns log2 of the largest step size h for which h^n times the largest absolute Taylor
- * coefficient of order n or n - 1 does not exceed the tolerance. */
+/* Returns log2 of the largest step size h for which the coefficients of the orders n and n - 1
+ * (log2_norm), both multiplied by h^n, do not exceed 2^log2_tol. */
 static double log2_step_size(const kr_series *s, int n, double log2_tol)
 {
     return fmin((log2_tol - log2_norm(s, n)) / n, (log2_tol - log2_norm(s, n - 1)) / n);
@@ -199,9 +199,10 @@ static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions 
     return p->log2_tol + log2(find_error_scale(p, slow, bound));
 }
 
-/* Ends the step where the last Taylor terms are 2^log2_tol, and evaluates the series there. With
- * more than 16 digits, the terms after the order `head` are evaluated in double precision, so they
- * must be less than 2^52 times 2^log2_tol. */
+/* Ends the step where the last Taylor terms are 2^log2_tol, but not after order / 6 times the time
+ * 1 / slow->fall, and evaluates the series there. With more than 16 digits, the terms after the
+ * index `head` are evaluated in double precision. The step is then so short that these terms are at
+ * most 2^(log2_tol + 52). */
 static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                                   const slow_directions *slow, double log2_tol)
 {
@@ -209,8 +210,8 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
     double step = log2_step_size(s, order, log2_tol);
     if (motion->digits > 16) step = fmin(step, log2_step_size(s, head + 2, log2_tol + 52.0));
-    /* The low words of the terms after the head must be zero for refine_friction_crossing, because
-     * the evaluation of the series ignores them. */
+    /* The evaluation of the series ignores low words after the head. Those of the friction variable
+     * are set to 0, because refine_friction_crossing (support_motion.c) uses them. */
     for (int n = head + 1; n <= order; n++) s[1].w[n][0] = 0.0;
     const double longest = slow->fall > 0.0 ? order / 6.0 * (p->rate / slow->fall) : INFINITY;
     s[0].t = s[0].end;
@@ -220,9 +221,10 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     kr_taylor_end_at(s, kernel);
     if (slow->supports) slow->supports->place(s, motion, p->rate);
 }
-/* Returns 1 if an expansion on the slow manifold is worth trying: the distance |u_i'| / d_i of each
- * strongly damped u_i from it is at most the largest of bound[i] / 4 (bound_damped_velocities),
- * `near` times find_distance_scale and, after the transient (`is_settled`), |u_i| / 4. */
+/* Returns 1 if an expansion on the slow manifold is worth trying. The estimated distance of each
+ * strongly damped u_i from the manifold (|u_i'| / d_i without a rotor) must be at most the largest
+ * of bound[i] / 4 (find_error_scale), `near` times find_distance_scale, the rounding error of u_i
+ * and, if `is_settled` is 1, a quarter of the estimated |u_i| on the manifold. */
 static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
                                 const slow_directions *strong, double near, int is_settled)
 {
@@ -248,11 +250,12 @@ static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
     }
     return 1;
 }
-/* Returns the largest distance from the slow manifold, relative to the bounds on the u_i, at which
- * the motion counts as on the manifold: `near` while the transient decays, and 1 after damping
- * about the same axes has been strong for SETTLED damping times. The remaining distance is then a
- * rounding error, which is large relative to the angular velocity of a top almost at rest. If the
- * damping time is below the resolution of the time `clock`, the result is UNRESOLVED. */
+/* Returns the relative distance (is_on_manifold in slow_terms.h) up to which the motion counts as
+ * on the manifold. It is `near` while the transient decays, and 1 after damping about the same axes
+ * has been strong for SETTLED damping times. The actual distance is then a rounding error, but may
+ * be large relative to the angular velocity of a top almost at rest. The result is UNRESOLVED if
+ * the damping time is below the rounding error of the time `clock`. Sets p->settling and
+ * p->settled. */
 static double choose_manifold_tolerance(kr_taylor *p, const slow_directions *slow, double clock,
                                         double near)
 {
@@ -267,9 +270,9 @@ static double choose_manifold_tolerance(kr_taylor *p, const slow_directions *slo
     if (clock + 0.5 / weakest == clock) return UNRESOLVED;
     return clock >= p->settled ? 1.0 : near;
 }
-/* Tries to compute a step on the slow manifold that results from strong damping about the axes
- * marked in `slow`. `strong` is NULL if these are all strongly damped axes. Otherwise, `strong`
- * marks all of them, and a step with all of them has failed. Returns 1 on success. */
+/* Tries to compute a step on the slow manifold due to strong damping about the directions marked in
+ * `slow`. Returns 1 on success. If a step with a larger set of directions has failed before,
+ * `strong` marks that set, else `strong` is NULL. */
 static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                             const slow_directions *slow, const slow_directions *strong)
 {
@@ -294,9 +297,9 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
     kr_taylor_set_rate(p, motion, before, slow->supports);
     return 0;
 }
-/* Returns 0 if the next step certainly does not lie on a slow manifold. On a moving support, the
- * damping rates are compared with the angular velocity, because this comparison often makes the
- * more expensive bound_undamped_rate unnecessary. */
+/* Returns 0 if the next step certainly does not lie on a slow manifold. With friction or a moving
+ * support, the largest damping rate is compared with the angular velocity, because this often saves
+ * the more expensive bound_undamped_rate. */
 static int may_step_on_manifold(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -307,8 +310,8 @@ static int may_step_on_manifold(const kr_motion *motion)
     return -fmin(drag[0], fmin(drag[1], drag[2])) >
            STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));
 }
-/* Initializes all members of `slow` except for the choice of the strongly damped directions.
- * Returns 0 if no damping rate is large compared with `undamped`, the rate of the undamped top. */
+/* Initializes `slow`, except for the members that mark_strong_directions sets. Returns 0 if no
+ * damping rate exceeds STRONG_ALONE times `undamped`, a bound on the rate of the undamped top. */
 static int find_damping_directions(const kr_motion *motion, double undamped,
                                    const kr_support_ops *supports, slow_directions *slow)
 {
@@ -328,9 +331,9 @@ static int find_damping_directions(const kr_motion *motion, double undamped,
         set_principal_directions(motion, slow);
     return 1;
 }
-/* Returns log2 of the tolerance for strongly damped steps that are not on a slow manifold. Errors
- * are relative to the angular velocity, which is about the rate `undamped` of other effects, and
- * thus less than p->rate, the unit of the series. */
+/* Returns log2 of the absolute tolerance for steps of a strongly damped motion that are not on a
+ * slow manifold: the tolerance of the motion times its angular velocity in the units of the series,
+ * which is about `undamped` / p->rate. `undamped` bounds the rate of the undamped top. */
 static double log2_transient_tolerance(const kr_taylor *p, double undamped)
 {
     return p->log2_tol + log2(fmax(fmin(undamped / p->rate, 1.0), NEGLIGIBLE));
@@ -381,12 +384,13 @@ int kr_slow_is_possible(const kr_motion *motion, double until)
  * (n - 1)), squares of the Taylor coefficients of a series of order n may overflow. */
 #define OVERFLOW_LEAST 5.0
 #define OVERFLOW_SHARE 512.0
-/* Torques that change the growth rate of the angular momentum by less than the fraction
- * SMALL_TORQUE are neglected. The computed growth rate is multiplied by CERTAIN < 1 as a margin. */
+/* kr_slow_overflows neglects torques that change the growth rate of the angular momentum by less
+ * than SMALL_TORQUE times this rate. It multiplies the growth rate by CERTAIN < 1 as a margin. */
 #define SMALL_TORQUE 0.0025
 #define CERTAIN 0.98
-/* Let y^2 = <U, A U>, and let tau be the time counted backward. Damping increases y: dy/dtau >=
- * `growth` y - `loss`, where `loss` bounds the effect of all other torques. The function tests
+/* Let tau be the time counted backward, U the angular velocity relative to the support, A the
+ * moments of inertia, `most` the largest of them, and y^2 = <U, A U>. Damping increases y: dy/dtau
+ * >= `growth` * y - `loss`, where `loss` bounds the effect of all other torques. The function tests
  * whether the integral of the resulting lower bound on |U| >= y / sqrt(most) exceeds 2^53. */
 int kr_slow_drives_apart(const kr_motion *motion, double until)
 {
@@ -403,9 +407,9 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     return y / sqrt(most) * (exp(growth * fabs(until - motion->clock)) - 1.0) > 0x1p53 * growth;
 }
 /* Backward in time, damping makes the magnitude L of the angular momentum grow. If the damping D is
- * the same about all axes and no other torque acts, the relative growth rate is D <W, A W> / L^2,
- * which does not decrease backward in time. Small additional torques hardly change this rate. Hence
- * the angular velocity exceeds `limit` in time if exponential growth at the initial rate does. */
+ * the same about all axes and no other torque acts, the relative growth rate D <W, A W> / L^2 does
+ * not decrease backward in time. Small additional torques hardly change it. Hence the angular
+ * velocity will exceed `limit` if exponential growth at the initial rate would exceed it. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until)
 {
     const kr_taylor *p = taylor_of(motion);

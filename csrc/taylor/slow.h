@@ -1,27 +1,25 @@
-/* Steps of strongly damped motions. Private to taylor/. Damping about an axis is strong if it is
- * much faster than all other effects (slow_directions.h). After a transient, the torque then
- * determines the angular velocity about this axis: the motion stays on a slow manifold (slow.c).
- * `until` is a value of kr_motion.clock. */
+/* Steps of strongly damped motions. Private to taylor/. Damping about an axis is strong if its rate
+ * is much larger than all other rates of the motion (STRONG in slow_directions.h). After a
+ * transient, the damping torque about this axis balances all other torques: the motion stays on a
+ * slow manifold (slow.c). The time `until` is a value of kr_motion.clock (method.h). Backward in
+ * time, damping accelerates the top. */
 #ifndef KR_TAYLOR_SLOW_H
 #define KR_TAYLOR_SLOW_H
 #include "taylor.h"
 
 struct kr_support_ops;
-/* Writes to `slow` the directions about which damping may be strong while dry friction holds the
- * top, that is, keeps it from spinning about the apex (slow_directions.h). */
+/* Writes to `slow` the directions v_i while friction holds the top (slow_directions.h). */
 void kr_slow_find_held(const kr_motion *motion, struct slow_directions *slow);
-/* Computes the next step on the slow manifold, forward in time, and returns 1. If the motion is not
- * on a slow manifold, returns 0, and the caller must compute the step with `kernel` and the
- * tolerance 2^log2_tol. `supports` is NULL for a top without dry friction on a support at rest. */
+/* Computes the next step, forward in time, on a slow manifold, and returns 1. Otherwise, returns 0,
+ * and the caller must compute the step with `kernel` and the tolerance 2^*log2_tol. `supports` is
+ * NULL without friction, moving support and gravity gradient. */
 int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, const struct kr_support_ops *supports,
                  double *log2_tol);
-/* Returns 0 only if the support is at rest and damping is not strong in any step from now to the
- * time `until`. Returns 1 backward in time, because damping may then accelerate the top. */
+/* For tops without friction on a support at rest. Returns 0 if damping is certainly not strong in
+ * any step from now to the time `until`, else 1. Backward in time, the result is always 1. */
 int kr_slow_is_possible(const kr_motion *motion, double until);
-/* Returns 1 if the top certainly rotates by more than 2^53 rad before the time `until`. This is
- * possible backward in time, where damping accelerates the top. */
+/* Returns 1 if the top certainly rotates by more than 2^53 rad before `until` (backward only). */
 int kr_slow_drives_apart(const kr_motion *motion, double until);
-/* Returns 1 if a series of the given order overflows now, or certainly before the time `until`,
- * because the top rotates too fast. This is possible backward in time only. */
+/* Returns 1 if a series of this order overflows now or before `until` (backward only). */
 int kr_slow_overflows(const kr_motion *motion, int order, double until);
 #endif

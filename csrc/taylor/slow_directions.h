@@ -1,14 +1,15 @@
 /* The directions v_i about which damping may be strong, and the choice of the strongly damped ones.
- * All vectors have components along the principal axes. With the angular velocities W of the top
- * and O of its support, U = W - O = u_0 v_0 + u_1 v_1 + ..., where the v_i are orthogonal with
- * respect to both the moments of inertia A and the damping D, and 1 <= |v_i| < 2:
+ * All vectors have components along the principal axes. A are the moments of inertia, D the damping
+ * coefficients, W the angular velocity of the top, h the momentum of a rotor, P the vertical, c the
+ * lever arm, a the apex (taylor.h), O the angular velocity of the support, and G the effective
+ * gravity (series.h). The v_i are orthogonal with respect to both A and D, and 1 <= |v_i| < 2. With
+ * U = W - O = u_0 v_0 + u_1 v_1 + ...,
  *     u_i' = <A v_i, X - O'> / a_i - d_i u_i,   a_i = <v_i, A v_i>,   d_i = <v_i, D v_i> / a_i,
  *     A X = (AW + h) x W + G P x c
- * X is the angular acceleration without damping; while the top slides with dry friction, A X also
- * includes the friction torque. h is the momentum of a rotor, P the vertical, c the lever arm
- * (taylor.h), and G the effective gravity (series.h). In general, the v_i are the principal axes.
- * While friction holds the top, U and the two v_i are perpendicular to the apex a (taylor.h), and
- * the friction torque, <a, A (W' - X) + D U>, is along a and absent from these equations. */
+ * X is the angular acceleration without damping. While the top slides with dry friction, A X also
+ * contains the friction torque. In general, the v_i are the principal axes. While friction holds
+ * the top, U and the two v_i are perpendicular to a. The friction torque, <a, A (W' - X) + D U>, is
+ * then along a, and does not change the u_i. */
 
 /* The directions v_i, and a set of strongly damped ones. Rates are in internal units (method.h). */
 typedef struct slow_directions {
@@ -23,14 +24,14 @@ typedef struct slow_directions {
     int is_slow[3]; /* 1 if damping about the direction is strong */
     /* rate: largest on the slow manifold; fall: largest of falling over or of shaking */
     double rate, fall;
-    /* A rotor couples the directions: a steady torque that would cause u_k = 1 without a rotor
-     * causes the velocities u_i = gain[i][k]. Without a rotor, `gain` is the unit matrix. */
+    /* A rotor couples the directions. A steady torque that causes u_k = 1 without a rotor causes
+     * u_i = gain[i][k] with the rotor. Without a rotor, `gain` is the unit matrix. */
     double gain[3][3];
 } slow_directions;
 
-/* Damping about a direction is strong if its rate d_i is more than STRONG times all rates of the
- * undamped motion, of weaker damping and of a rotor. If all directions are strongly damped, the
- * smaller factor STRONG_ALONE replaces STRONG. */
+/* Damping about a set of directions is strong if its rates d_i are more than STRONG times the rates
+ * of the undamped motion, of the damping about other directions and of a rotor (bound_rotor_rate).
+ * If the set contains all directions, the smaller factor STRONG_ALONE replaces STRONG. */
 #define STRONG 256.0
 #define STRONG_ALONE 32.0
 
@@ -129,8 +130,8 @@ static void set_velocity_per_torque(slow_directions *slow)
         }
     invert_matrix(m, slow->gain);
 }
-/* Returns the largest rate at which a rotor changes the weakly damped u_i, where c is slow->couple:
- * sqrt|c_ik c_ki| through a weakly damped u_k, |c_ik c_ki| / d_k through a strongly damped u_k. */
+/* Returns the largest rate at which a rotor changes a weakly damped u_i, where c is slow->couple:
+ * sqrt|c_ik c_ki| if u_k is weakly damped, too, and |c_ik c_ki| / d_k if u_k is strongly damped. */
 static double bound_rotor_rate(const slow_directions *slow)
 {
     double most = 0.0;
@@ -142,8 +143,8 @@ static double bound_rotor_rate(const slow_directions *slow)
     return most;
 }
 /* Marks all directions as strongly damped, except for the `weak_count` ones with the weakest
- * damping. Sets slow->fall and slow->rate for undamped rates up to `undamped_rate` and torques up
- * to `most_torque`. Returns 1 if damping about the marked directions is strong (STRONG). */
+ * damping. Sets slow->fall and slow->rate, given bounds on undamped rates and on torques. Returns
+ * 1, and sets slow->gain, if damping about the marked directions is strong (STRONG). */
 static int mark_strong_directions(slow_directions *slow, int weak_count, double undamped_rate,
                                   double most_torque)
 {

@@ -6,8 +6,8 @@
  *     u_i' = <A v_i, X - O'> / a_i - d_i u_i,   a_i = <v_i, A v_i>
  * where A is the inertia, X the angular acceleration without damping, and d_i a damping rate. The
  * friction variable is the spin <U, a> about the apex a while the top slides, and the ratio of the
- * friction torque to its maximum while friction holds the top. c[row][n] is the n-th coefficient of
- * the number in a row (slow.c). The rows of G P, U and u_i begin at GP_OF, U_OF and U_ROW. */
+ * friction torque to its maximum while friction holds the top. s->c[row][n] is the n-th Taylor
+ * coefficient of the number in a row. The rows are listed in slow.c (ROW_Q, U_OF). */
 
 typedef struct REAL(terms) {
     real c[ROWS][KR_TAYLOR_MAX + 2];
@@ -68,9 +68,9 @@ static void REAL(find_relative_acceleration)(const REAL(terms) * s, const slow_d
     for (int i = 0; i < slow->count; i++)
         components[i] = slow->is_held ? REAL(find_component)(s, i, acceleration) : acceleration[i];
 }
-/* Sets the n-th coefficients of U and of W = O + U from those of the u_i and of O. Weakly damped
- * components of W_0 remain unchanged, unless friction holds the top, because the rounding errors of
- * O + U would accumulate from step to step. */
+/* Sets the n-th coefficients of U and of W = O + U, given those of the u_i and of O. Unless
+ * friction holds the top, the weakly damped components of W_0 (order 0) are not changed, because
+ * rounding errors of O + U would accumulate from step to step. */
 static void REAL(set_velocities_from_slow)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     if (!slow->is_held && !slow->turns) return;
@@ -82,8 +82,8 @@ static void REAL(set_velocities_from_slow)(REAL(terms) * s, const slow_direction
             s->c[ROW_W + j][n] = r_add(s->c[ROW_O + j][n], *U);
     }
 }
-/* Sets the (n + 1)-th coefficient of a vector b at rest relative to the support: b' = b x U. The
- * rows of b and of U begin at `row` and `u_row`. */
+/* Sets the (n + 1)-th coefficient of a vector b that is fixed in the support's frame, by b' = b x
+ * U. The rows of b and of U begin at `row` and `u_row`. */
 static void REAL(set_next_fixed_vector)(REAL(terms) * s, int row, int u_row, int n)
 {
     const real zero = r_of(0.0, 0.0);
@@ -110,8 +110,9 @@ static void REAL(set_next_attitude)(REAL(terms) * s, int u_row, int n)
     }
     s->c[ROW_Q][n + 1] = r_div(rate, r_of(2 * (n + 1), 0.0));
 }
-/* Sets the n-th coefficients of the strongly damped u_i to solutions of the equations for u_i',
- * with u_i' from the previous iteration and any rotor in slow->gain. Returns the largest change. */
+/* Sets the n-th coefficients of the strongly damped u_i by solving the equations at the top of this
+ * file, with u_i' from the previous iteration. A rotor couples the equations (slow->gain). Returns
+ * the largest change of a coefficient. */
 static double REAL(update_damped_velocities)(REAL(terms) * s, const slow_directions *slow, int n)
 {
     real force[3], off[3];
@@ -132,9 +133,8 @@ static double REAL(update_damped_velocities)(REAL(terms) * s, const slow_directi
     }
     return moved;
 }
-/* Computes the coefficients of all rows except for q and the friction variable, given the strongly
- * damped u_i of the previous iteration. Returns the largest change of a coefficient of order at
- * most `order` / 2 of a strongly damped u_i. */
+/* Performs one iteration: computes the coefficients of all rows but q and the friction variable.
+ * Returns the largest change of a strongly damped u_i in orders up to `order` / 2. */
 static double REAL(update_coefficients)(REAL(terms) * s, const slow_directions *slow, int order)
 {
     const int u = U_OF(slow);
@@ -187,8 +187,8 @@ static void REAL(expand_gravity)(REAL(terms) * s, const kr_series from[2])
     }
     g[0] = r_add(g[0], r_of(from[0].sway[3], from[1].sway[3]));
 }
-/* Copies the constants, with 1 / rate as the unit of time, and the values at the end of the last
- * step, whose series is `from`. Expands G, and sets all other coefficients to zero. */
+/* Copies the constants, for the unit of time 1 / rate, and the values at the end of the last step,
+ * whose series is `from`. Expands G, and sets all other coefficients to zero. */
 static void REAL(begin_expansion)(REAL(terms) * s, const slow_directions *slow,
                                   const kr_series from[2], double rate)
 {
@@ -217,8 +217,8 @@ static void REAL(begin_expansion)(REAL(terms) * s, const slow_directions *slow,
         s->c[U_ROW(slow) + i][0] = REAL(find_end_relative_velocity)(s, slow, from, i);
     if (slow->shakes) REAL(expand_gravity)(s, from);
 }
-/* Sets the friction variable of a sliding top, which must be zero before, to the spin <U, a>, for
- * orders 0 to `order`. The rows of U begin at `u_row`. */
+/* Sets the coefficients, of orders 0 to `order`, of the friction variable of a sliding top: the
+ * spin <U, a>. They must be zero before. The rows of U begin at `u_row`. */
 static void REAL(expand_spin)(REAL(terms) * s, int u_row, int order, const kr_series from[2])
 {
     for (int n = 0; n <= order; n++)
@@ -227,8 +227,8 @@ static void REAL(expand_spin)(REAL(terms) * s, int u_row, int order, const kr_se
                 r_add(s->c[ROW_FRICTION][n],
                       r_mul(r_of(from[0].apex[1 + i], from[1].apex[1 + i]), s->c[u_row + i][n]));
 }
-/* Sets the friction variable while friction holds the top, for orders below `order`: the friction
- * torque <a, A (W' - X) + D U> divided by its maximum `friction`. The unit of time is 1 / rate. */
+/* Sets the coefficients, of orders below `order`, of the friction variable while friction holds the
+ * top: the friction torque divided by its maximum `friction` (unit of time: 1 / rate). */
 static void REAL(expand_friction_ratio)(REAL(terms) * s, const slow_directions *slow, double rate,
                                         double friction, int order)
 {
@@ -254,10 +254,11 @@ static void REAL(write_coefficients)(const REAL(terms) * s, int order, kr_series
             *(is_x ? &to[1].x[n][i] : &to[1].w[n][i]) = r_low(s->c[row][n]);
         }
 }
-/* Returns 1 if each strongly damped u_i at the end of the last step, whose series is `from`,
- * differs by at most `near` times the larger of bound[i] and `scale` from its value on the
- * manifold, s->c[..][0]. Otherwise returns 0, and writes the estimated time until it does to
- * `wait`. */
+/* Returns 1 if the motion at the end of the last step, whose series is `from`, is on the manifold:
+ * each strongly damped u_i differs from its value on the manifold, the coefficient of order 0 in
+ * s->c, by at most `near` times the larger of bound[i] (bound_damped_velocities) and `scale`.
+ * Otherwise returns 0, and writes to `wait` the estimated time to reach it, in the units of the
+ * series. */
 static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
                                 const slow_directions *slow, const double bound[3], double scale,
                                 double near, double *wait)
@@ -274,11 +275,11 @@ static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
     return last == 0.0;
 }
 /* Expands the motion on the slow manifold about the end of the last step, and writes the
- * coefficients to p->series. The iteration ends when no coefficient of order at most `order` / 2
- * changes by more than `noise` times the largest bound on a strongly damped u_i. `near` is the
- * permitted relative distance (is_on_manifold), relative to find_distance_scale.
- * `friction` is the largest friction torque, if friction holds the top. Returns 0 if the iteration
- * does not converge, or if the motion is not on the manifold. `wait` is then an estimate of the
+ * coefficients to p->series. The iteration ends when update_coefficients returns at most `noise`
+ * times the largest bound on a strongly damped u_i (bound_damped_velocities). The permitted
+ * distance from the manifold is `near` times find_distance_scale. `friction` is
+ * the maximum friction torque while friction holds the top. Returns 0, with p unchanged, if the
+ * iteration does not converge or the motion is not on the manifold. `wait` is then the estimated
  * time to reach it, in the units of the series. */
 static int REAL(expand_on_manifold)(kr_taylor *p, const slow_directions *slow,
                                     const slow_directions *strong, int order, double near,

@@ -1,9 +1,10 @@
-/* Variational equations of tops with dry friction, or on a support that rotates or shakes
- * (series.h), with derivatives with respect to the motion of the support and to the friction. All
- * vectors are given by components along the principal axes of inertia:
+/* Variational equations (tangents.h) of tops with dry friction, or on a support that rotates or
+ * shakes (series.h), including derivatives by parameters of the support and of the friction.
+ * Vectors have components along the principal axes of inertia, and the unit of time is 1 / rate
+ * (taylor.h):
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W - E
  *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
- *          + P x (theta x K A P + K A (P x theta) + (K A)' P)
+ *          + P x (theta x K A P + K A (P x theta) + L P)
  *          + (D U) x theta - D (theta' - theta x U) - F U + f (theta x a + d) + g a
  *     theta       `turn`: the infinitesimal rotation       N  `push`: the change of the momentum
  *     c           `lever`                                  P  `vertical`     G P  `pulled`
@@ -11,16 +12,16 @@
  *                 inertial frame, of the top relative to the support, and of the support
  *     A, D, h, a  the inertia, the damping, the momentum of the rotor, and the apex (taylor.h)
  *     AW + h      `momentum`; D U `dragged`                f  `torque`: the friction torque
- *     B, F, y, E, d, g  the derivatives of A, D, h, O, a and f by the tangent's parameter
- *     k, b        the acceleration and the lever per unit of acceleration; the parameter decides
- *                 which of the two is replaced by its derivative
- *     K           `gradient`: the gravity gradient; K A P `steep`, (K A)' the parameter's change
+ *     K           `gradient`: the gravity gradient         K A P  `steep`
+ *     B, F, y, E, d, g, L  derivatives of A, D, h, O, a, f and K A by the tangent's parameter
+ *     k, b        the acceleration along -e3, and mass * (center of mass); one of the two is
+ *                 replaced by its derivative by the parameter
  * While friction holds the top, g is chosen such that the spin <U, a> of the perturbed motion
  * remains zero. `real` and `real_vec` are the types of numbers and vectors (math/real.h). Arrays
  * hold Taylor coefficients; the n-th one of a product is a sum over j + m = n. */
 
-/* Taylor series of the motion of the top (the path), about the beginning of a substep. `stiffness`
- * is K A, `inverse_inertia` is <a / A, a>, and `q` is the attitude. */
+/* Taylor series of the motion of the top (the path) about the beginning of a substep (tangents.c).
+ * `stiffness` is K A, `inverse_inertia` is <a / A, a>, and `q` is the attitude. */
 typedef struct REAL(moving_path) {
     real_vec velocity[TERMS], relative[TERMS], support[TERMS], momentum[TERMS], dragged[TERMS],
         vertical[TERMS], pulled[TERMS], steep[TERMS];
@@ -30,8 +31,9 @@ typedef struct REAL(moving_path) {
     real gradient, inverse_inertia, q[4];
     int has_friction, is_held;
 } REAL(moving_path);
-/* Taylor series of one tangent: `cross` is c x theta, `apex_change` theta x a + d, `apex` d, and
- * `tilted` theta x K A P + K A (P x theta). -theta' contains `turn_loss`, -N' `push_loss`. */
+/* Taylor series of one tangent. `cross` is c x theta, `apex_change` is theta x a + d, `apex` is d,
+ * and `tilted` is theta x K A P + K A (P x theta). `turn_loss` and `push_loss` are the negatives of
+ * the terms of theta' and N' with B, y, E, F, k, L and, while the top slides, g. */
 typedef struct REAL(moving_deviation) {
     real_vec turn[TERMS], push[TERMS], cross[TERMS], apex_change[TERMS], turn_loss[TERMS],
         push_loss[TERMS], tilted[TERMS], apex;
@@ -83,8 +85,8 @@ static void REAL(set_next_space_vector)(real_vec a[], const real_vec relative[],
 {
     a[n + 1] = VEC(scale)(REAL(inverse_of_next)(n), REAL(cross)(a, relative, n));
 }
-/* Sets the n-th coefficients of W, U, AW + h, D U, P and K A P from the series `path` of the top.
- * The n-th coefficient of O must be known. h is `rotor`. */
+/* Sets the n-th coefficients of W, U, AW + h, D U, P and K A P, given the series `path` of the top
+ * and the n-th coefficient of O. `rotor` is h. */
 static void REAL(read_path_coefficients)(REAL(moving_path) * p, const kr_series path[2], int n,
                                          real_vec rotor)
 {
@@ -96,9 +98,9 @@ static void REAL(read_path_coefficients)(REAL(moving_path) * p, const kr_series 
     p->vertical[n] = r_get(path, x[n] + 5);
     p->steep[n] = VEC(times)(p->stiffness, p->vertical[n]);
 }
-/* Sets the apex, inverse_inertia, and the coefficients of orders below `order` of the friction
- * torque f. While the top slides, f is constant. While friction holds the top, lane 0 of W in
- * `path` contains f divided by its maximum (series.h). 1 / rate is the unit of time. */
+/* Sets the apex, inverse_inertia, and the coefficients, of orders below `order`, of the friction
+ * torque f, which is constant while the top slides. While friction holds the top, lane 0 of path->w
+ * contains f divided by its maximum (series.h). */
 static void REAL(read_friction)(REAL(moving_path) * p, const kr_motion *motion, double rate,
                                 const kr_series path[2], int order)
 {
@@ -111,8 +113,7 @@ static void REAL(read_friction)(REAL(moving_path) * p, const kr_motion *motion, 
                            : r_of(0.0, 0.0);
     if (!p->is_held) p->torque[0] = r_of(-kr_support_sliding(path) * friction, 0.0);
 }
-/* Sets all members of p, given the series `path` of the top, for Taylor coefficients of orders
- * below `order`. 1 / rate is the unit of time of the series. */
+/* Sets all members of p, for orders below `order`, given the Taylor series `path` of the top. */
 static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, double rate,
                             const kr_series path[2], int order)
 {
@@ -150,8 +151,9 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, doub
     }
     if (p->is_held) REAL(read_path_coefficients)(p, path, order, rotor);
 }
-/* Subtracts k P x b from `push_loss`, where b is g->pull, t the time since the beginning of the
- * series, and cosine and sine are those of the phase of the shaking:
+/* Subtracts k P x b from `push_loss`, where b is g->pull. With `scale` from
+ * set_acceleration_coefficients, the time t since the beginning of the series, and the cosine and
+ * sine of the phase of the shaking,
  *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine */
 static void REAL(add_weight_derivative)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                         const kr_tangent *g, const dd scale[4], int order)
@@ -165,8 +167,8 @@ static void REAL(add_weight_derivative)(const REAL(moving_path) * p, REAL(moving
             d->push_loss[n], VEC(cross)(REAL(product_term)(k, p->vertical, n), r_get(g, pull + 1)));
     }
 }
-/* Adds E to `turn_loss` and E x (AW + h) to `push_loss`. `turned` is E in internal units, which is
- * divided by `rate` to convert it to the unit of the series. */
+/* Adds E to `turn_loss` and E x (AW + h) to `push_loss`. The variable `turned` is E in internal
+ * units, and E = turned / rate in the units of the series. */
 static void REAL(add_turning_derivative)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                          const kr_tangent *g, double rate, int order)
 {
@@ -181,7 +183,7 @@ static void REAL(add_turning_derivative)(const REAL(moving_path) * p, REAL(movin
         if (n < order) REAL(set_next_space_vector)(turned, p->relative, n);
     }
 }
-/* Subtracts P x (K A)' P from `push_loss`. */
+/* Subtracts P x L P from `push_loss`. */
 static void REAL(add_gradient_derivative)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                           const kr_tangent *g, int order)
 {
@@ -194,8 +196,8 @@ static void REAL(add_gradient_derivative)(const REAL(moving_path) * p, REAL(movi
         d->push_loss[n] = VEC(sub)(d->push_loss[n], REAL(cross)(p->vertical, change, n));
     }
 }
-/* Sets the inhomogeneous terms turn_loss and push_loss, and d->apex, from the derivatives in g of
- * the constants by the parameter of the tangent. 1 / rate is the unit of time. */
+/* Sets turn_loss, push_loss and apex of the tangent d, given the derivatives in `g` of the
+ * constants by the parameter of the tangent (tangents.h). */
 static void REAL(set_parameter_terms)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                       const kr_motion *motion, double rate, const kr_series path[2],
                                       const kr_tangent *g, int order)
@@ -238,8 +240,8 @@ static real REAL(find_spin_change)(const REAL(moving_path) * p, const REAL(movin
     return REAL(sum_components)(
         VEC(add)(VEC(times)(p->apex, slipped), VEC(times)(d->apex, p->relative[n])));
 }
-/* Adds f (theta x a + d) to the (n + 1)-th coefficient of N and, while friction holds the top, g a,
- * such that the (n + 1)-th coefficient of the change of the spin becomes zero. */
+/* Adds the friction terms to the (n + 1)-th coefficient of N: f (theta x a + d) and, while friction
+ * holds the top, g a, where g makes the (n + 1)-th coefficient of the change of the spin zero. */
 static void REAL(add_friction_change)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                       int n)
 {
@@ -276,9 +278,9 @@ static void REAL(set_next_tangent_terms)(const REAL(moving_path) * p, REAL(movin
         share, VEC(sub)(VEC(add)(pushed, pulled), VEC(sub)(VEC(times)(p->D, slipped), dragged)));
     if (p->has_friction) REAL(add_friction_change)(p, d, n);
 }
-/* Computes the Taylor coefficients of n tangents from those of order 0. If `jump_factor` is not
- * NULL, only subtracts jump_factor * (change of the spin) * a from N at the end of the step, where
- * `path` must then begin. 1 / rate is the unit of time. */
+/* Computes the coefficients of orders 1 to `order` of n single tangents (tangents.h). If
+ * `jump_factor` is not NULL, instead subtracts jump_factor * (change of the spin) * a from N at the
+ * end of the step (kr_tangent.end). In this case, `path` must begin at the end of the step. */
 static void REAL(expand_or_jump_tangents)(const kr_motion *motion, double rate,
                                           const kr_series path[2], kr_tangent *first, size_t n,
                                           int order, const dd *jump_factor)

@@ -1,29 +1,31 @@
 /* Initial values and steps of the Taylor series for tops with dry friction or on moving supports
  * (series.h). The spin is <U, a> for the angular velocity U = W - O of the top relative to the
- * support, and the apex a. Friction holds the top if the friction torque keeps the spin zero.
- * Within a step, the friction variable, in lane 0 of W, is a polynomial in time: the spin of a
- * sliding top, or the friction torque on a held top divided by its maximum. A step ends where the
- * spin reaches zero or the friction torque its maximum, accurate to double precision, or to
- * double-double precision if more than 16 digits are requested. */
+ * support, and the apex a. The top slides, or friction holds the top, that is, keeps the spin zero.
+ * Within a step, the friction variable, kr_series.w[n][0], is a polynomial in time: the spin while
+ * the top slides, or the friction torque divided by its maximum while friction holds the top. A
+ * step ends where the spin reaches zero or the torque reaches its maximum, accurate to double
+ * precision, or to double-double precision with more than 16 digits. */
 #include <float.h>
 #include <string.h>
 #include "slow.h"
 #include "support_setup.h"
 
-/* A spin, or an excess of the friction torque over its maximum, relative to the maximum, that is
- * below this threshold is treated as zero. DEEP: with more than 16 digits. */
+/* A spin below this threshold, in the units of the series, counts as zero, and so does an excess of
+ * the friction torque over its maximum, divided by the maximum. NEGLIGIBLE_SPIN_DEEP is the
+ * threshold for the initial spin with more than 16 digits. */
 #define NEGLIGIBLE_SPIN 0x1p-48
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
 /* Rounding error of the initial spin, given in doubles, divided by the largest term of <U, a>. */
 #define ROUNDED_SPIN 0x1p-44
-/* A spin acceleration opposite to the direction of sliding, in the units of the series, prevents
- * sliding only if it is above this threshold, which is far above rounding errors. If smaller, the
- * spin stays negligible until the acceleration changes its sign. */
+/* is_sliding_impossible neglects a spin acceleration against the direction of sliding that is below
+ * this threshold, in the units of the series, times 1 + (largest damping rate). Rounding errors are
+ * far smaller. The spin stays negligible until a neglected acceleration changes its sign. */
 #define OPPOSED_ACCELERATION 0x1p-32
 /* Width of the intervals at which bisection stops, as a fraction of the step. */
 #define NARROW_PART 0x1p-30
-/* Newton's method stops if a correction, divided by the step size, is above FARTHEST_PART, or after
- * NEWTON_LEAST iterations below CONVERGED_PART, at the latest after NEWTON_MOST iterations. */
+/* Newton's method (refine_friction_crossing) stops after at most NEWTON_MOST corrections. It stops
+ * earlier before a correction above FARTHEST_PART times the step size or, after more than
+ * NEWTON_LEAST corrections, after a correction below CONVERGED_PART times the step size. */
 #define FARTHEST_PART 0x1p-20
 #define CONVERGED_PART 0x1p-50
 #define NEWTON_LEAST 3
@@ -49,18 +51,17 @@ static void remove_end_spin(kr_series s[2])
     set_vector_words(s[0].end_w, s[1].end_w,
                      vdd_add(W, vdd_scale(dd_neg(find_end_spin(s)), yield)));
 }
-/* Sets p->sliding of a top without spin: 0 if friction can hold the top, else the sign of the spin
- * when the top starts to slide. `torque_ratio` is the torque that friction has to balance, divided
- * by the maximum friction torque. The top starts to slide in the direction of this torque or,
- * backward in time, in the opposite direction. */
+/* Sets p->sliding of a top without spin: to 0 if friction can hold the top, else to the direction
+ * in which the top starts to slide. This is the direction of the torque that friction has to
+ * balance; backward in time, the opposite. `torque_ratio` is this torque divided by its maximum. */
 static void set_sliding_or_hold(kr_taylor *p, const kr_motion *motion, double torque_ratio)
 {
     const double along = (torque_ratio > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
     p->sliding = fabs(torque_ratio) <= 1.0 ? 0.0 : along;
 }
-/* Returns the threshold, in the units of the series, below which the initial spin is treated as
- * zero. If damping is so strong that the unit of time is much shorter than the time scale of the
- * motion, the threshold is lower, but never below the rounding error of the spin <W - O, a>. */
+/* Returns the threshold, in the units of the series, below which the initial spin counts as zero:
+ * NEGLIGIBLE_SPIN (or _DEEP), or less if damping is so strong that the unit of time 1 / p->rate is
+ * much shorter than the time scale of the motion. It is at least the rounding error of the spin. */
 static double initial_spin_threshold(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -100,8 +101,8 @@ static void set_initial_friction_mode(const kr_motion *motion)
 }
 
 /* Returns the first point in [low, high] where a polynomial of degree n becomes negative, or
- * INFINITY if there is none, by bisection down to intervals of width NARROW_PART. `bernstein` holds
- * the n + 1 Bernstein coefficients on [low, high], and is overwritten. */
+ * INFINITY if there is none, by bisection down to intervals of width NARROW_PART. `bernstein`
+ * contains the n + 1 Bernstein coefficients on [low, high], and is overwritten. */
 static double find_first_negative(double *bernstein, int n, double low, double high)
 {
     double left[KR_TAYLOR_MAX + 1], least = bernstein[0];
@@ -135,9 +136,9 @@ static double find_friction_crossing(const kr_series *s, int order, double sign,
         for (int i = order; i >= k; i--) b[i] += b[i - 1];
     return find_first_negative(b, order, 0.0, 1.0);
 }
-/* Returns the time from the beginning of the step until the friction variable equals `value`.
- * Newton's method starts at the time `near` after the beginning, where the friction variable may
- * differ from `value` by about `noise`. */
+/* Returns the time since the beginning of the step (negative backward in time) at which the
+ * friction variable equals `value`. Newton's method starts at the time `near`. The result may be
+ * earlier than `near` by about the time in which the friction variable changes by 2 * `noise`. */
 static dd refine_friction_crossing(const kr_series s[2], int order, double value, double near,
                                    double noise)
 {
@@ -174,8 +175,8 @@ static dd find_end_friction_slope(const kr_series s[2], int order)
         sum = dd_add(dd_mul(sum, h), dd_times(i, dd_make(s[0].w[i][0], s[1].w[i][0])));
     return sum;
 }
-/* Returns 1 if the spin, initially of the sign `sliding`, has the other sign at the end of the step
- * but is within `noise` of zero, so that find_friction_crossing does not detect the change. */
+/* Returns 1 if the spin, which begins with the sign `sliding`, changes its sign within the step.
+ * find_friction_crossing does not detect this if the spin at the end is within `noise` of zero. */
 static int spin_crosses_zero(const kr_series s[2], int order, double sliding, double noise)
 {
     const double span = s->end - s->t;
@@ -184,8 +185,8 @@ static int spin_crosses_zero(const kr_series s[2], int order, double sliding, do
     const double at = refine_friction_crossing(s, order, 0.0, span, noise).hi;
     return at * span > 0.0 && fabs(at) <= fabs(span);
 }
-/* Returns 1 if a top without spin cannot slide in the chosen direction p->sliding, because the spin
- * would accelerate in the opposite direction (OPPOSED_ACCELERATION). */
+/* Returns 1 if a top without spin, which is about to slide in the direction p->sliding, would be
+ * accelerated in the opposite direction (OPPOSED_ACCELERATION). */
 static int is_sliding_impossible(const kr_taylor *p, const kr_motion *motion)
 {
     const kr_series *s = p->series;
@@ -193,11 +194,11 @@ static int is_sliding_impossible(const kr_taylor *p, const kr_motion *motion)
                  noise = OPPOSED_ACCELERATION * (1.0 + v_largest(v_of(s->drag + 1)));
     return p->sliding != 0.0 && (motion->step < 0.0 ? -gain : gain) < -noise;
 }
-/* Sets p->sliding and p->before_hold after a step in which the friction variable has reached the
- * limit `value`: 0 for the spin, 1 or -1 for the friction torque. If the tolerance is large, the
- * spin may accelerate opposite to the chosen direction of sliding. Friction then holds the top,
- * because the next step would have length zero. On the slow manifold (`is_slow`), this is not
- * tested: the acceleration is a difference of large torques, and its sign is unknown. */
+/* Sets p->sliding and p->before_hold at the end of a step in which the friction variable has
+ * reached `value`: 0 if friction has stopped the top, and 1 or -1 if friction can no longer hold
+ * it. If the tolerance is large, the spin may accelerate opposite to the chosen direction of
+ * sliding. Friction then holds the top, because the next step would have length zero. This is not
+ * tested on the slow manifold (`is_slow`), where the acceleration is inaccurate. */
 static void update_friction_mode(kr_taylor *p, const kr_motion *motion, int order, double value,
                                  int is_slow)
 {
@@ -209,16 +210,16 @@ static void update_friction_mode(kr_taylor *p, const kr_motion *motion, int orde
     if (before == 0.0) {
         p->sliding = -value;
     } else {
-        /* The torque to balance is computed from the slope of the spin and the last friction, not
-         * from the velocity, whose rounding errors strong damping amplifies. */
+        /* The torque to balance is computed from the slope of the spin and the friction of this
+         * step. The velocity is not used, because strong damping amplifies its rounding errors. */
         p->before_hold = before;
         set_sliding_or_hold(p, motion, slope * s->per_grip + before);
     }
     if (!is_slow && is_sliding_impossible(p, motion)) p->sliding = 0.0;
 }
-/* Shortens the step if, within the step, friction stops the top or can no longer hold the top, and
- * then changes the friction mode. A spin below NEGLIGIBLE_SPIN times `spin_unit` is treated as
- * zero. `is_slow`: the step is on the slow manifold (slow.c). */
+/* If friction stops the top or ceases to hold it within the step, ends the step there and changes
+ * the friction mode (update_friction_mode). A spin below NEGLIGIBLE_SPIN * spin_unit, in the units
+ * of the series, counts as zero. `is_slow` is 1 if the step is on the slow manifold (slow.c). */
 static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                                  double spin_unit, int is_slow)
 {

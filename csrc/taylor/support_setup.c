@@ -6,13 +6,13 @@
 #include "math/trig.h"
 #include "support_setup.h"
 
-/* Returns first * (1 + z / (a (a+1)) + z^2 / (a (a+1) (a+2) (a+3)) + ...), where z is `square` and
- * a is `from`, without terms whose denominator contains a factor greater than `to`. */
-static dd dd_sum_trig_series(dd first, int from, int to, dd square)
+/* Returns first * (1 + z / (a (a+1)) + z^2 / (a (a+1) (a+2) (a+3)) + ...), without the terms whose
+ * denominators contain a factor greater than `to`. */
+static dd dd_sum_trig_series(dd first, int a, int to, dd z)
 {
     dd term = first, sum = first;
-    for (int i = from; i < to; i += 2) {
-        term = dd_div(dd_mul(term, square), dd_of((double)(i * (i + 1))));
+    for (int i = a; i < to; i += 2) {
+        term = dd_div(dd_mul(term, z), dd_of((double)(i * (i + 1))));
         sum = dd_add(sum, term);
     }
     return sum;
@@ -39,8 +39,8 @@ static double shaking_rate(const kr_motion *motion)
 {
     return kr_support_shakes(motion->scene) ? motion->time_unit * motion->scene->shaking.rate : 0.0;
 }
-/* Returns mass * acceleration * (center of mass) in internal units, along the principal axes, for
- * an acceleration in the user's units. */
+/* Returns mass * acceleration * (center of mass) in internal units, along the principal axes. The
+ * argument `acceleration` is in the user's units. */
 static vec_dd lever_at_acceleration(const kr_motion *motion, dd acceleration)
 {
     kr_scene scene = *motion->scene;
@@ -133,8 +133,8 @@ static dd reduce_angle(dd angle)
     for (int i = 0; i < 2; i++) rest = dd_sub(rest, dd_times(rint(rest.hi / turn.hi), turn));
     return rest;
 }
-/* Writes the cosine and sine of the phase of the shaking, rate * t + phase, in double precision
- * (with low words zero), at the time `since` after the initial time, in the user's unit of time. */
+/* Writes the cosine and sine of the phase of the shaking, rate * t + phase (kr_shaking), in double
+ * precision, with low words zero. `since` is the time since scene->start.t, in the user's unit. */
 static void find_shaking_phase(const kr_scene *scene, double since, dd *cosine, dd *sine)
 {
     const dd t = two_sum(scene->start.t, since), turned = two_product(scene->shaking.rate, t.hi),

@@ -1,7 +1,8 @@
 /* Constants (support_setup.c) and steps (support_motion.c) of the Taylor series for tops with dry
  * friction or on moving supports. Private to taylor/. The unit of time of a series is 1 / rate
  * internal units (method.h). The spin is the angular velocity about the apex, relative to the
- * support. The friction mode is `sliding` or, if friction keeps the spin zero, `held`. */
+ * support. In one friction mode, the top slides. In the other mode, friction holds it (keeps the
+ * spin zero). */
 #ifndef KR_TAYLOR_SUPPORT_SETUP_H
 #define KR_TAYLOR_SUPPORT_SETUP_H
 #include "model/scene.h"
@@ -12,21 +13,20 @@ static inline int kr_support_moves(const kr_scene *scene)
 {
     return scene && kr_scene_needs_support_terms(scene);
 }
-/* Returns an upper bound, in internal units, on the rates of the support, of the friction (unless
- * `is_held` is nonzero) and of the rotation of a top with the angular velocity W. The unit of time
- * of the series follows from the bound, and is adjusted if shaking increases the energy later. */
+/* Returns an upper bound, in internal units, on the rates of the support, of a top with the angular
+ * velocity W and, unless `is_held` is nonzero, of friction. Shaking may raise the rates. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
-/* Sets the constants in `s` that describe the support and the friction. Returns the lever arm of
- * the effective gravity in internal units. */
+/* Sets the constants in `s` that describe the support and the friction. Returns the lever arm c of
+ * the equations in series.h, in internal units. */
 vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double rate);
-/* Returns the lever arm, in internal units, of the effective gravity G = base + sway cos(...)
- * (series.h), and writes `base` and `sway`. */
+/* Returns the lever arm c of the equations in series.h, in internal units. Writes `base` and `sway`
+ * of the effective gravity G = base + sway * cos(phase of the shaking). */
 vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway);
 /* Writes the cosine and sine of the phase of the shaking at the time `end` + `low` of a series. */
 void kr_support_phase(const kr_motion *motion, double rate, double end, double low, dd *cosine,
                       dd *sine);
-/* Sets the angular velocity of the support and the oscillating part of the effective gravity at the
- * end of the last step, where the next step begins. */
+/* Sets the values of s->turn, s->sway[0] and s->sway[1] (kr_series in taylor.h) at the end of the
+ * last step, where the next step begins. */
 void kr_support_place(kr_series s[2], const kr_motion *motion, double rate);
 /* Lowers s->fall, which limits the step size (taylor.h), so that the support motion is resolved. */
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate);
@@ -34,8 +34,7 @@ void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate
 void kr_support_set_mode(const kr_motion *motion);
 /* Returns the sign of the spin of a sliding top, or 0 while friction holds the top. */
 double kr_support_sliding(const kr_series *s);
-/* Upper limit of the friction torque, because larger values would overflow. Such a torque stops a
- * top within a time smaller than the rounding error of the time. */
+/* Upper limit of the friction torque in internal units, because larger torques might overflow. */
 #define MOST_FRICTION 1e250
 /* Returns the magnitude of the friction torque, with 1 / rate as the unit of time. */
 static inline double kr_support_friction(const kr_motion *motion, double rate)
@@ -44,19 +43,19 @@ static inline double kr_support_friction(const kr_motion *motion, double rate)
     return fmin(own, MOST_FRICTION) / (rate * rate);
 }
 
-/* Computes the Taylor coefficients of n single tangents (tangents.h) along the series `path` of the
- * top, about the time path->t. `first` contains those of order 0. */
+/* Computes the Taylor coefficients, about the time path->t, of n single tangents (tangents.h) along
+ * the series `path` of the top. The coefficients of order 0 are given. */
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 struct kr_tangent *first, size_t n, int order);
-/* Changes n single tangents (tangents.h), because the friction torque jumps at the end of the last
- * step, whose series is `ended`: subtracts factor * (derivative of the spin) * apex from each
- * momentum change N, unless the derivative is zero. kr_support_ops.jumps writes `factor`. */
+/* Changes n single tangents because the friction torque jumps at the end of the last step, whose
+ * series is `ended`: subtracts factor * (derivative of the spin) * apex from each momentum change N
+ * (tangents.h), unless the derivative is zero. kr_support_ops.jumps writes `factor`. */
 void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
                               struct kr_tangent *first, size_t n, dd factor);
 
-/* The functions that only tops with friction or on moving supports need. The code for all tops
- * calls these functions through a pointer, which is NULL for the other tops, so that the linker can
- * omit the functions from programs without supports. */
+/* Functions that only tops with friction, a gravity gradient or a moving support need. For other
+ * tops, the pointer to this struct is NULL, so that the linker can omit them from programs without
+ * such tops. */
 typedef struct kr_support_ops {
     double (*rate)(const kr_motion *motion, kr_vec3 W, int is_held);
     vec_dd (*set_constants)(kr_series s[2], const kr_motion *motion, double rate);
@@ -68,12 +67,12 @@ typedef struct kr_support_ops {
     void (*start)(const kr_motion *motion);
     /* Computes the next step, at most until the spin vanishes or friction cannot hold the top. */
     kr_status (*step)(kr_motion *motion, const kr_kernel *kernel);
-    /* Writes the time derivatives of the attitude and the vertical (x) and of the angular velocity
-     * (w) at the end of the last step, for the friction mode of this step. */
+    /* Writes the time derivatives of the attitude and the vertical to x, and of the angular
+     * velocity to w, at the end of the last step, with the friction mode of this step. */
     void (*slopes)(const kr_motion *motion, double x[8], double w[4]);
-    /* Returns 1 if the friction torque is discontinuous at the end of the last step, and then
-     * writes the argument `factor` of jump_tangents. `factor` is NaN if the top starts without spin
-     * and friction cannot hold it: the sign of the friction then depends on the perturbation. */
+    /* Returns 1 if the friction torque jumps at the end of the last step, and then writes the
+     * `factor` of jump_tangents. If the top starts without spin and friction cannot hold it,
+     * `factor` is NaN, because the sign of the friction then depends on the perturbation. */
     int (*jumps)(const kr_motion *motion, int order, dd *factor);
     void (*expand_tangents)(const kr_motion *motion, double rate, const kr_series path[2],
                             struct kr_tangent *first, size_t n, int order);

@@ -6,10 +6,10 @@
 
 enum { TERMS = KR_TAYLOR_MAX + 1 /* coefficients of a series */ };
 
-/* Writes the coefficients `scale` of the factor k = scale[0] + scale[1] cosine + scale[2] sine +
- * scale[3] t sine, with the phase of the shaking. k is the acceleration, 1, or the derivative of
- * the acceleration by the amplitude, rate or phase of the shaking, as selected by the kr_timing
- * `timing` (method.h). The series begins at the time `since`, in its unit of time 1 / rate. */
+/* Writes the constants in k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine, with
+ * the phase of the shaking, and the time t since the beginning of the series at `since`, in the
+ * unit 1 / rate. k is the acceleration, 1, or the derivative of the acceleration by the amplitude,
+ * rate or phase of the shaking, as selected by the kr_timing `timing` (method.h). */
 static void set_acceleration_coefficients(const kr_motion *motion, double rate, dd since,
                                           double timing, dd scale[4])
 {

@@ -10,8 +10,8 @@
 static const kr_support_ops *const supports = FOR_SUPPORTS(&kr_supports);
 /* Maximum number of substeps in a step, and maximum number of attempts to shorten a substep. */
 enum { MAX_SUBSTEPS = 64, MAX_SHORTENINGS = 32 };
-/* Largest permitted truncation error of a tangent, divided by the tolerance of the path. In most
- * motions, the truncation errors of the tangents are smaller, so no substeps are needed. */
+/* Largest permitted truncation error of a tangent, divided by the tolerance of the motion,
+ * 2^kr_taylor.log2_tol. In most motions, the errors are smaller, so no substeps are needed. */
 static const double rest_over_tolerance = 0x1p9;
 
 /* Header of the memory block for tangents, with the path on one substep. The tangents follow. */
@@ -24,10 +24,10 @@ typedef struct {
     double moving;           /* nonzero if the terms of support_deviation.h are needed */
     double from_low, to_low; /* low words of `from` and `to` */
 } tangent_work;
-/* The tangents of a motion. In memory, batches of tangents precede the remaining single tangents. A
+/* The tangents of a motion. In memory, batches of tangents (tangents.h) precede single tangents. A
  * tangent in a batch is bitwise equal to the same tangent stored singly, so a small build can omit
- * batches. Tangents of tops with friction or on moving supports are never in batches. For more than
- * 16 digits, each struct is followed by a struct with the low words. */
+ * batches. Tangents of tops with friction or on moving supports are never in batches. With more
+ * than 16 digits, each struct of high words is followed by a struct of low words. */
 typedef struct {
     const kr_motion *motion;
     const kr_tangents_kernel *kernel;
@@ -122,8 +122,8 @@ static void store_components(const tangent_set *t, const deviation_address *at, 
 {
     store_vector(t, component_address(at, numbers, k), at->stride, v);
 }
-/* Reads a number with its low word. Negative zeros are replaced by positive zeros, because the sign
- * of a zero may depend on other tangents in the batch. */
+/* Reads the number at `high` and, with more than 16 digits, its low word from the next struct.
+ * Replaces -0 by 0, because in a batch the sign of a zero may depend on other tangents. */
 static dd read_number(const tangent_set *t, const double *high)
 {
     return (dd){*high + 0.0, t->words > 1 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
@@ -154,8 +154,7 @@ static void set_motion_constants(const tangent_set *t, kr_tangent *g)
     g->damped = v_largest(motion->damping);
     g->gyrostat = v_largest(motion->rotor);
 }
-/* Sets the derivatives, in the units of the series, of the constants in the equations of motion
- * with respect to the parameter of the tangent. */
+/* Sets the derivatives of the constants, in the units of the series, by the tangent's parameter. */
 static void set_parameter_derivatives(const tangent_set *t, const deviation_address *at,
                                       const kr_seed *seed)
 {
@@ -185,8 +184,7 @@ static void apply_friction_jump(const tangent_set *t)
         supports->jumps(t->motion, t->order, &factor))
         supports->jump_tangents(t->motion, p->rate, p->series, t->first, t->n, factor);
 }
-/* Returns 1 if the top has dry friction, a gravity gradient or a moving support, or if a tangent is
- * a derivative with respect to a parameter of the support motion or to the gravity gradient. */
+/* Returns 1 if the motion or a tangent requires the terms of support_deviation.h. */
 static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed seeds[])
 {
     if (!supports) return 0;
@@ -270,9 +268,9 @@ static double truncation_tolerance(const tangent_set *t)
 {
     return rest_over_tolerance * exp2(taylor_of(t->motion)->log2_tol);
 }
-/* Computes the Taylor series of the tangents for one substep, from their values at its beginning.
- * The substep ends at the end of the step, or earlier if the truncation error of a tangent would be
- * too large there. Returns the largest truncation error of a tangent at the end of the substep. */
+/* Computes the Taylor series of the tangents for one substep, given their values at its beginning.
+ * The substep ends before the end of the step if the truncation error would be too large there.
+ * Returns the largest truncation error at the end of the substep. */
 static double expand_substep(const tangent_set *t)
 {
     const double most = truncation_tolerance(t), from = t->first->t;
@@ -292,8 +290,7 @@ static double expand_substep(const tangent_set *t)
     c->until = c->path[0].at;
     return worst;
 }
-/* Computes the Taylor series of the tangents for the first substep of the last step. Returns the
- * largest truncation error at the end of this substep. */
+/* Calls expand_substep for the first substep of the last step, and returns its result. */
 static double expand_first_substep(const tangent_set *t)
 {
     tangent_work *c = t->work;
@@ -306,8 +303,7 @@ static double expand_first_substep(const tangent_set *t)
     c->substep = 1.0;
     return expand_substep(t);
 }
-/* Computes the Taylor series of the path and of the tangents for the next substep. Returns the
- * largest truncation error at the end of this substep. */
+/* Computes the path in the next substep. Then calls expand_substep, and returns its result. */
 static double expand_next_substep(const tangent_set *t)
 {
     const kr_kernel *kernel = t->motion->aux;
@@ -326,8 +322,8 @@ static double expand_next_substep(const tangent_set *t)
     return expand_substep(t);
 }
 /* Propagates all tangents over the last step of the path. Returns the largest truncation error of
- * all substeps, or INFINITY if a tangent overflows, if a substep cannot be made short enough, or if
- * MAX_SUBSTEPS substeps do not suffice. */
+ * all substeps. Returns INFINITY on overflow, if a substep would be too short, or if MAX_SUBSTEPS
+ * substeps do not suffice. */
 static double propagate_over_substeps(const tangent_set *t)
 {
     const double most = truncation_tolerance(t);
@@ -363,8 +359,8 @@ static kr_status advance_tangents(const kr_motion *motion, double *memory, size_
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
-/* Makes the Taylor series in memory those of the substep that contains `time`. Substeps are rarely
- * recomputed, because the requested times usually increase from call to call. */
+/* Makes the Taylor series in memory those of the substep that contains `time`. To go back to an
+ * earlier substep, begins with the first substep again. */
 static void expand_substep_at(const tangent_set *t, double time)
 {
     const tangent_work *c = t->work;
@@ -373,9 +369,9 @@ static void expand_substep_at(const tangent_set *t, double time)
     while (c->substep < fmin(c->substeps, MAX_SUBSTEPS) && forward * (time - c->until) > 0.0)
         expand_next_substep(t);
 }
-/* Converts the momentum change `push` from the body frame and the units of the series to the space
- * frame and internal units. q is the attitude. With up to 16 digits, the rotation is computed in
- * double precision, because double-double arithmetic would dominate the run time. */
+/* Converts `push` from the body frame and the units of the series to the space frame and internal
+ * units. q is the attitude. With up to 16 digits, the rotation is computed in double precision to
+ * save time. */
 static vec_dd rotate_push_to_space(const tangent_set *t, quat_dd q, vec_dd push)
 {
     return vdd_scale_exactly(taylor_of(t->motion)->rate,

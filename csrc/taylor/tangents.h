@@ -1,23 +1,24 @@
 /* Taylor series of the tangents of a heavy top. Private to taylor/. A tangent is an infinitesimal
  * perturbation of the state, or the derivative of the state with respect to a parameter. A tangent
  * consists of two vectors in the body frame: a rotation vector theta, which changes the attitude q
- * by q theta / 2, and the change N of the angular momentum m:
+ * by q theta / 2, and the change N of the angular momentum in space:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W
  *     N' = N x W + (c x theta) x P + P x b + (D W) x theta - D (theta' - theta x W) - F W
- * The notation is that of taylor.h. B, b, F and y are the derivatives of A, c, D and h with respect
- * to the parameter of the tangent. B and F are diagonal, like A and D. On moving supports, the
- * equations of the tangents have additional terms (support_deviation.h). The equations are linear
- * in theta and N, with 18 products of Taylor coefficients per order. If the motion conserves energy
- * and vertical momentum, the changes of both due to a tangent are constant up to the tolerance. */
+ * A are the moments of inertia, D the damping coefficients, W the angular velocity, P the vertical,
+ * c the lever arm, and h the momentum of a rotor (taylor.h). B, b, F and y are the derivatives of
+ * A, c, D and h by the parameter of the tangent. Friction, gravity gradients and moving supports
+ * add terms (support_deviation.h). The equations are linear in theta and N, with 18 products of
+ * Taylor coefficients per order. If the motion conserves energy and vertical momentum, the changes
+ * of both due to a tangent are constant up to the tolerance. */
 #ifndef KR_TANGENTS_H
 #define KR_TANGENTS_H
 #include "taylor.h"
 
-/* Eight Taylor series that describe tangents on one step or substep, expanded about its initial
- * time t. A single tangent, with rotation vector theta and momentum change N, is stored as the
+/* Eight Taylor series that describe tangents on one step or substep, about the time t of its
+ * beginning. A single tangent, with rotation vector theta and momentum change N, is stored as the
  * eight numbers (0, theta | 0, N). A batch of eight tangents occupies six structs, one for each
  * component of (theta, N), with one tangent in each lane. At 20 and 30 digits, each struct of high
- * words is followed by one of low words of the double-double numbers. */
+ * words is followed by a struct of low words of the double-double numbers. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */
@@ -35,9 +36,8 @@ typedef struct kr_tangent {
     double truncation;              /* largest relative truncation error so far */
     double rotor_of[8];             /* (0, y); in a batch component k of each y, for k < 3 */
     double rotor_changes;           /* nonzero if y is not zero */
-    /* For single tangents and support_deviation.h: the derivative (0, b) of the lever per unit of
-     * acceleration, the derivative of the support's angular velocity in the space frame, and the
-     * kr_timing, which selects the factor k. */
+    /* For single tangents only, with the symbols of support_deviation.h: (0, b), the derivative of
+     * the support's angular velocity along e1, e2, e3, and the kr_timing that selects k. */
     double pull[4], turning_of[4], timing;
     double apex_of[4], friction_of; /* the derivatives of the apex, (0, d), and of the friction */
     double gradient_of;             /* the derivative of the gravity gradient */
