@@ -27,10 +27,10 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 
-/* Sets l->order to the Taylor order that is fastest for the tolerance `tol`, or 2^-53 if tol is 0.
- * Sets l->log2_tol to log2 of 2^-less tol or, if this is larger, of min(tol, 2^-54.5), so that the
- * results are as accurate as the results of kr_top. The first row with tol >= 2^until applies. The
- * numbers in the rows were measured (docs/theory/ensembles.md). */
+/* Sets l->order to the fastest Taylor order for the tolerance `tol` (for 2^-53 if tol is 0). Sets
+ * l->log2_tol to log2 of 2^-less tol or, if this is larger, of min(tol, 2^-54.5): with this
+ * tolerance, the results are as accurate as results of kr_top. The first row with tol >= 2^until
+ * applies. The numbers in the rows were measured (docs/theory/ensembles.md). */
 static void set_order_and_tolerance(kr_lanes *l, double tol)
 {
     static const struct {
@@ -104,8 +104,8 @@ static kr_vec3 divide_with_negative_zeros(kr_vec3 rotor, kr_vec3 difference)
 typedef struct {
     kr_vec3 A, c, h, drag, apart;
 } shifted_constants;
-/* Converts the constants of `motion` from internal units and principal axes to the units of a lane,
- * whose unit of frequency is `rate`, and to its permuted axes: v becomes shift_axes(v, shift). */
+/* Returns the constants of `motion`, converted from internal units and principal axes to a lane
+ * with the unit of frequency `rate` and permuted axes: a vector v becomes shift_axes(v, shift). */
 static shifted_constants make_shifted_constants(const kr_motion *motion, double rate, int shift)
 {
     const kr_vec3 A = shift_axes(motion->inertia, shift),
@@ -268,9 +268,9 @@ static void sample_lanes(kr_worker *worker, unsigned lanes)
                 lanes &= ~(1u << lane);
     }
 }
-/* Advances all lanes by up to STEPS_PER_POLL steps. Then, for each lane in which the advance
- * stopped, stores the states or events within the last step or, if this step failed, leaves the top
- * to the scalar code. */
+/* Advances all lanes by up to STEPS_PER_POLL steps. Then, for each lane in the mask returned by
+ * kr_lanes_isa.advance, stores the states or events within the last step or, if this step failed,
+ * leaves the top to the scalar code. */
 static void advance_lanes(kr_worker *worker)
 {
     const unsigned called = worker->isa->advance(worker->lanes, STEPS_PER_POLL) & worker->busy;

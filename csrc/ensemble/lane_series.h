@@ -132,8 +132,8 @@ INLINE lane_vec add_rotor_products(kr_lanes *l, lane_vec w, lane_vec to)
     const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_zxy(w), to);
     return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_yzx(w), of_prev);
 }
-/* Adds to `a` the products of coefficients of order n / 2 (n is even) and, if n = 0, of the
- * rotor. */
+/* Adds to the sums `a` of an even order n the products of two coefficients of order n / 2. Adds the
+ * contribution of the rotor if n = 0. */
 INLINE void add_middle_products(lane_sums *a, kr_lanes *l, int n, int terms)
 {
     const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
@@ -310,8 +310,8 @@ INLINE lane_quat shortest_rotation(lane_vec p, lane_vec d)
 {
     return (lane_quat){1.0 + lane_vec_dot(p, d), lane_vec_cross(p, d)};
 }
-/* Returns the attitude (lane axes -> space) at the point (P, W, f) = *at of the step. If `headless`
- * is nonzero, returns a rotation that takes P to e3, with an arbitrary heading. */
+/* Returns the attitude (lane's axes -> space) at the point (P, W, f) = *at. If `headless` is
+ * nonzero, returns a rotation that takes P to e3, with an arbitrary heading. */
 INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
 {
     if (headless) {

@@ -1,17 +1,17 @@
 /* Taylor series of heavy tops in SIMD lanes: each lane of a vector holds one top, with its own time
  * and step size. Private to ensemble/.
- *    P' = P x W                           q: attitude, body -> space, a unit quaternion
- *    A W' = (AW + h) x W + P x c - D W    P = q* e3 q: the vertical e3 in the body frame
- *    q = exp(e3 f/2) q0 s(P)              W: angular velocity in the body; A: moments of inertia
- *    f' = <W, P + P0> / (1 + <P, P0>)     h: angular momentum of the rotor; D: damping
- *                                         c: weight * center of mass
+ *     P' = P x W                           q: attitude, body -> space, a unit quaternion
+ *     A W' = (AW + h) x W + P x c - D W    P = q* e3 q: the vertical e3 in the body frame
+ *     q = exp(e3 f/2) q0 s(P)              W: angular velocity in the body; A: moments of inertia
+ *     f' = <W, P + P0> / (1 + <P, P0>)     h: angular momentum of the rotor; D: damping
+ *                                          c: weight * center of mass
  * P0 and q0 are the values of P and q at the beginning of a step. s(P) is the rotation by the
  * smallest angle that takes P to P0. The heading f is the angle of a rotation about the vertical.
  * Because P and f determine q, each order needs only 12 products of Taylor coefficients, instead of
  * 21 with a series of q. Damping adds one product: without damping, <AW + h, P> is constant, so two
- * products suffice for <W, P>. The rotor costs no products (taylor.h). The singularity of f' at P =
- * -P0 limits the step size. The unit of time is such that |W| < 1. Energy and angular momentum are
- * conserved only up to the tolerance. */
+ * products suffice for <W, P>. The rotor costs no products (taylor.h). The step size is limited by
+ * the singularity of f' at P = -P0. The unit of time is such that |W| < 1. Energy and angular
+ * momentum are conserved only up to the tolerance. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
 #include "math/isa.h"
@@ -46,8 +46,9 @@ enum { KR_LANES_HEADLESS = 1, KR_LANES_DAMPED = 2 };
 
 struct kr_lane_tangents;
 /* The last computed step of every lane, from the time t to the time `end`. A lane must stop at the
- * first step that reaches its `goal`. The body axes are permuted cyclically so that the third
- * moment of inertia is the largest. An unused lane has finite coefficients and an infinite goal. */
+ * first step that reaches its `goal`. The lane's axes are the principal axes, permuted cyclically
+ * so that the third moment of inertia is the largest. An unused lane has finite coefficients and an
+ * infinite goal. */
 typedef struct kr_lanes {
     kr_lane_vector p[KR_LANES_ORDER + 1], w[KR_LANES_ORDER + 1]; /* coefficients of P and W */
     kr_lane_number rate[KR_LANES_ORDER + 1];                     /* of f' */
@@ -61,19 +62,19 @@ typedef struct kr_lanes {
     kr_lane_vector drag;        /* -Dx / Ax, and cyclic permutations */
     /* factors of Wx Px, Wy Py and Pz in <W, P>: 1 - Ax / Az, 1 - Ay / Az, -hz / Az */
     kr_lane_vector inner;
-    /* The constants of the rotor: shift_prev = (-hz / (Ay - Az), ...) and shift_next = (hy / (Ay -
-     * Az), ...), with the cyclic permutations as further components. Without a rotor, both are -0,
-     * because adding -0 leaves every number unchanged. With the value of W at the time t, prev =
-     * (Wz, Wx, Wy) + shift_prev and next = (Wy, Wz, Wx) + shift_next. */
+    /* The constants of the rotor: the vector shift_prev is (-hz / (Ay - Az), ...), and shift_next
+     * is (hy / (Ay - Az), ...), with the cyclic permutations as further components. Without a
+     * rotor, both are -0, because adding -0 leaves every number unchanged. For the value of W at
+     * the time t, prev is (Wz, Wx, Wy) + shift_prev, and next is (Wy, Wz, Wx) + shift_next. */
     kr_lane_vector shift_prev, shift_next, prev, next;
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 backward in time */
-    kr_lane_number fall;                  /* as in kr_series */
+    kr_lane_number fall;                  /* as in kr_series (taylor.h) */
     kr_lane_number steps, max_steps;
     kr_lane_number at; /* time to sample */
-    /* The event: a zero of the event function <along_p, P> + <along_w, W> + constant or, for an
-     * extremum, of its derivative. In the step, this function or derivative is the polynomial sum
-     * g[n] s^n, 0 <= s <= 1. `side` is the last sign of the polynomial known with certainty, or 0.
-     * Values up to `noise` in magnitude have no certain sign. */
+    /* The event: a zero of the event function <along_p, P> + <along_w, W> + constant or, if
+     * `extremum` is 1, of its derivative. In the last step, this function or derivative is the
+     * polynomial sum g[n] s^n, 0 <= s <= 1. `side` is the last sign of the polynomial known with
+     * certainty, or 0. Values up to `noise` in magnitude have no certain sign. */
     kr_lane_vector along_p, along_w;
     kr_lane_number constant, g[KR_LANES_ORDER + 1], side, noise;
     int has_event, extremum;

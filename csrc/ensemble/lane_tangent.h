@@ -2,22 +2,22 @@
  * and the tolerance are those of lane_state.h, and M = AW + h is the momentum along the body axes.
  * A tangent delta = (theta, N) is a rotation vector theta, which adds q theta/2 to the attitude q,
  * and a change N of the momentum in space. The components of both refer to the body axes:
- *    theta' = 1/A (M x theta + N) + theta x W        N' = N x W + (c x theta) x P
+ *     theta' = 1/A (M x theta + N) + theta x W        N' = N x W + (c x theta) x P
  * Two solutions are trivial: the flow, (W, P x c), and an infinitesimal rotation about the
  * vertical, (P, P x M). At the end of each step, the components of the tangent along the trivial
  * solutions are removed. The program stores d = delta 2^-power, where |d| is near 1, and measures
- * the growth of |delta|, with |delta|^2 = |theta|^2 + |N|^2. Up to the tolerance, each tangent
- * conserves
- *    dE = <N, W> + <theta, W x M + c x P>            d<m, e3> = <N, P>
+ * the growth of |delta|, with |delta|^2 = |theta|^2 + |N|^2. Up to the tolerance, the changes of
+ * the energy and of the vertical momentum are constant:
+ *     dE = <N, W> + <theta, W x M + c x P>            d<m, e3> = <N, P>
  * The mean of the chaos indicator MEGNO (Cincotta and Simo 2000) from 0 to t is, by integration by
  * parts, 2/t int_0^t ln|delta(s)| (1 + ln(s/t)) ds. Tangents may shorten the steps, but do not
  * otherwise change the motion (path). This file is compiled once for each instruction set. */
 #include "lane_series.h"
 
-/* The truncation error of a tangent d is estimated by its last Taylor term, which must be at most
- * 2^GROWTH_SLACK times the tolerance times |d|. If it is larger, the step is divided into substeps;
- * if GROWTH_SUBSTEPS do not suffice, the step ends early. The length of a substep is reduced at
- * most GROWTH_TRIES times. */
+/* The truncation error of a tangent d is estimated by the last Taylor term of d, which must be at
+ * most 2^GROWTH_SLACK times the tolerance times |d|. If it is larger, the step is divided into
+ * substeps. If more than GROWTH_SUBSTEPS are necessary, the step ends early. The length of a
+ * substep is reduced at most GROWTH_TRIES times. */
 #define GROWTH_SLACK 9.0
 enum { GROWTH_SUBSTEPS = 64, GROWTH_TRIES = 32 };
 
@@ -116,7 +116,7 @@ INLINE trivial_solutions find_trivial_solutions(kr_lane_tangents *g, const lane_
                                {at->p, lane_vec_cross(at->p, find_body_momentum(g, at))}};
 }
 /* Returns the component of `d` orthogonal to both trivial solutions at the point `at` of the path.
- * If these are parallel within rounding errors, only the flow is used. */
+ * If these are parallel within rounding errors, removes only the component along the flow. */
 INLINE lane_deviation remove_trivial_solutions(kr_lane_tangents *g, const lane_point *at,
                                                lane_deviation d)
 {
@@ -156,9 +156,9 @@ INLINE lane_vec find_energy_gradient_in_theta(kr_lane_tangents *g, const lane_po
     const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
     return lane_vec_add(pull, lane_vec_cross(at->w, find_body_momentum(g, at)));
 }
-/* Writes the errors of dE and d<m, e3> at the point `at` of the path to g->out. Each error is the
- * change since the initial time (0 for an exact tangent), divided by the largest value for tangents
- * of the norm |d|. */
+/* Writes the errors of dE and d<m, e3> at the point `at` of the path to g->out. The error is the
+ * change of this number since the initial time (0 for an exact tangent), divided by its maximum for
+ * all tangents of the norm |d|. */
 INLINE void write_conservation_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec lean = find_energy_gradient_in_theta(g, at);
@@ -184,14 +184,14 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
                                  0.18923747814892349};
 #define END_WEIGHT (1.0 / 30.0)
 
-/* Statistics of the growth of a tangent delta since the initial time t = 0: `area` = int ln|delta|
- * d|t|, `moment` = int ln|delta| ln|t| d|t|, the largest and the last ln|delta| (`most` and
- * `last`), and the largest |last Taylor term|^2 / |delta|^2 (`rest`). */
+/* Integrals of the growth of a tangent delta from the initial time t = 0: `area` = int ln|delta|
+ * d|t| and `moment` = int ln|delta| ln|t| d|t|. `most` is the largest and `last` the last
+ * ln|delta|; `rest` is the largest |last Taylor term|^2 / |delta|^2. */
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_integrals;
 /* Returns `a` with the contribution of a quadrature node at the time t, where ln|delta| is a.last.
- * `share` is the weight times the step; in lanes where it is 0, nothing changes. */
+ * `share` is the weight of the node times the step; in lanes where it is 0, `a` is unchanged. */
 INLINE growth_integrals add_integral_node(kr_lanes *l, growth_integrals a, wide share, wide t)
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
@@ -201,7 +201,8 @@ INLINE growth_integrals add_integral_node(kr_lanes *l, growth_integrals a, wide 
     a.most = wide_choose(wide_less(wide_splat(0.0), span), wide_max(a.most, a.last), a.most);
     return a;
 }
-/* Raises a->rest to last / |d|^2, where `last` is the squared last Taylor term of the tangent d. */
+/* Sets a->rest to last / |d|^2 if this is larger. `last` is the squared norm of the last Taylor
+ * term of the tangent d. */
 INLINE void update_largest_truncation(growth_integrals *a, wide last, lane_deviation d)
 {
     const wide size = deviation_dot(d, d), zero = wide_splat(0.0);
@@ -371,8 +372,8 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
     write_conservation_errors(g, &here, d);
 }
-/* Sets g->truncation_limit and, for each interior quadrature node x, the degree g->terms. At x, the
- * n-th Taylor term is about x^n tol^(n/order) times the tangent; terms below 2^-24 are omitted. */
+/* Sets g->truncation_limit, and g->terms for the interior quadrature nodes. At a node x, the Taylor
+ * term n is about x^n tol^(n/order) times the tangent; terms below 2^-24 of it are omitted. */
 static void set_truncation_and_node_terms(const kr_lanes *l, kr_lane_tangents *g)
 {
     g->truncation_limit = exp2(2.0 * (l->log2_tol + GROWTH_SLACK));

@@ -35,9 +35,9 @@ static void finish_without_event(kr_worker *worker, int lane)
     slot->last = s;
     kr_lane_finish(worker, lane, KR_ERR_EVENT);
 }
-/* Stores the state at an event in the last step of a lane, if event.condition is positive there. If
- * the longest wait ends before the event, finishes the top. `fraction` is the time from the
- * beginning of the step to the event, divided by the step size. Returns 1 if the search in this
+/* Stores the state at an event in the last step of a lane, unless the event has a condition that is
+ * not met. If the longest wait ends before the event, finishes the top. `fraction` is the time from
+ * the beginning of the step to the event, divided by the step size. Returns 1 if the search in this
  * step must continue, or 0 if the top has left the lane. */
 static int store_event(kr_worker *worker, int lane, double fraction)
 {

@@ -27,8 +27,7 @@ int kr_worker_poll_after_states(kr_worker *worker)
     if (worker->unpolled >= KR_WORKER_STATES_PER_POLL) kr_worker_poll(worker);
     return worker->interrupted;
 }
-/* Returns the address in kr_tops.growth for a top and its requested time k, or NULL if there is
- * none. */
+/* Returns the address in kr_tops.growth for a top at its requested time k, or NULL. */
 static double *find_growth_row(const kr_worker *worker, size_t top, size_t k)
 {
     double *growth = kr_worker_has_tangents(worker) ? worker->tops->growth : NULL;

@@ -65,8 +65,7 @@ void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
                            const kr_state *state);
 /* Calls the user's poll. Returns nonzero if the worker must stop. */
 int kr_worker_poll(kr_worker *worker);
-/* Polls once per KR_WORKER_STATES_PER_POLL stored states. Returns nonzero if the worker must
- * stop. */
+/* Polls once per KR_WORKER_STATES_PER_POLL stored states. Returns nonzero to stop the worker. */
 int kr_worker_poll_after_states(kr_worker *worker);
 static inline int kr_worker_has_tangents(const kr_worker *worker)
 {
@@ -143,7 +142,8 @@ void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int ord
 /* Empties all lanes, and prepares them for damped (`damped` nonzero) or undamped tops. */
 void kr_scheduler_reset(kr_worker *worker, int damped);
 /* Integrates the tops in the SIMD lanes until one lane is free, and loads top i into this lane. If
- * lanes cannot integrate top i, the scalar code does. If it is invalid, it gets an error status. */
+ * top i may be strongly damped, the scalar code integrates it instead. If it is invalid, it gets an
+ * error status. */
 void kr_scheduler_add(kr_worker *worker, size_t i);
 /* Advances the tops in all SIMD lanes until each has reached its last requested time or event. */
 void kr_scheduler_drain(kr_worker *worker);
@@ -151,7 +151,7 @@ void kr_scheduler_drain(kr_worker *worker);
 /* Stores the event function of the top in worker->fallback in a lane with the unit of frequency
  * `rate` (lane_scheduler.c), whose axes are permuted: v has the components shift_axes(v, shift). */
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
-/* Stores the states at the events in the last step of a lane. Frees the lane if the top is
- * finished. */
+/* Stores the states at the events in the last step of a lane. Frees the lane if the top is finished
+ * or the longest wait is over. */
 void kr_section_search(kr_worker *worker, int lane);
 #endif

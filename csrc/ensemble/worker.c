@@ -27,9 +27,9 @@ static kr_top *choose_scalar_top(const kr_worker *worker, const kr_scene *scene)
     const int is_closed = !has_torus && kr_method_suits(&kr_method_exact, scene);
     return is_closed ? worker->exact_top : worker->fallback;
 }
-/* Returns 1 if the top of `scene` can be integrated in a SIMD lane. On a support that rotates about
- * the vertical, an undamped top moves as on a support at rest, except for the rotation of the
- * frame. */
+/* Returns 1 if the top of `scene` can be integrated in a SIMD lane. This includes an undamped top
+ * on a support that rotates about the vertical: its states are computed for a support at rest and
+ * then rotated. */
 static int suits_lanes(const kr_worker *worker, const kr_scene *scene)
 {
     kr_scene undamped = *scene;
@@ -54,8 +54,8 @@ static void dispatch_top(kr_worker *worker, size_t i)
     else if (!(v_largest(scene->damping) > 0.0))
         kr_scheduler_add(worker, i);
 }
-/* Computes the tops from, ..., from + n - 1 (n <= KR_BATCH): the batch code first, then
- * dispatch_top. */
+/* Computes the tops `from` to from + n - 1, where n <= KR_BATCH: those with closed forms in the
+ * batch code, and then the others by dispatch_top. */
 static void dispatch_block(kr_worker *worker, size_t from, size_t n)
 {
     kr_status status[KR_BATCH];
@@ -124,8 +124,8 @@ static int are_valid_reductions(size_t n, const kr_reduction reduction[])
         i++;
     return i == n;
 }
-/* Returns a new worker with zeros, in one block of memory with its arrays, or NULL without
- * memory. */
+/* Allocates a worker and its arrays, all zero, in one block of memory, or returns NULL. `in_lanes`,
+ * `is_closed` and `grows` are nonzero if it needs lanes, closed forms and tangents. */
 static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed, int grows)
 {
     const size_t rows = KR_LANES_MAX + 1,
@@ -145,7 +145,7 @@ static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed
     return worker;
 }
 /* Allocates worker->fallback and worker->exact_top, if needed. Returns an error if the allocation
- * fails or no top can have the configuration. */
+ * fails or the configuration suits no top. */
 static kr_status create_scalar_tops(kr_worker *worker)
 {
     const kr_method *method = worker->method ? worker->method : &kr_method_taylor;

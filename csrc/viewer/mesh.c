@@ -34,8 +34,7 @@ static double fit_cuboid_of_mass(const kr_body *body, double mass, kr_box *box)
 /* Writes to `box` the cuboid of density 1 among those of fit_cuboid_of_mass for all masses or, if
  * none has density 1, the largest one. Ternary search finds the largest one, because the logarithm
  * of the volume is a concave function of 1 / mass. The density increases with the mass. If the
- * largest cuboid has density 1, rounding errors could hide it; the factor 1.001 therefore extends
- * the search. */
+ * largest cuboid has density 1, rounding errors could hide it; the factor 1.001 prevents this. */
 static void fit_cuboid_of_any_mass(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
@@ -64,10 +63,9 @@ kr_box kr_mesh_box(const kr_body *body)
     return box;
 }
 
-/* Returns the angular velocity of a frame in which the top never gains energy. This is the frame of
- * the support, where damping and friction dissipate energy. Without damping and friction, it is the
- * inertial frame (0) if the weight is constant there: if it is 0, or the support turns about e3
- * only. */
+/* Returns the angular velocity of a frame in which the top never gains energy: `turning` for the
+ * frame of the support, where damping and friction dissipate energy; or 0 for the inertial frame,
+ * if there is no damping and friction, and the weight is constant in this frame or 0. */
 static kr_vec3 find_frame_without_energy_gain(const kr_scene *scene, double weight)
 {
     const kr_vec3 turning = scene->turning;
@@ -76,9 +74,9 @@ static kr_vec3 find_frame_without_energy_gain(const kr_scene *scene, double weig
     return is_level && !is_damped ? v3(0.0, 0.0, 0.0) : turning;
 }
 /* Returns an upper bound on the angular speed relative to a frame with the angular velocity
- * scene->turning, in which the kinetic energy is at most `energy`. For a Lagrange top, if this is
- * the inertial frame, the spin never increases, and the other energy is that of a rotation about a
- * transverse axis. */
+ * scene->turning, in which the kinetic energy is at most `energy`. The bound is closer for a
+ * Lagrange top in the inertial frame, because its spin never increases. All energy except that of
+ * the initial spin is then assigned to a rotation about a transverse axis. */
 static double bound_angular_velocity(const kr_scene *scene, double energy)
 {
     const kr_vec3 i = scene->body.inertia, a = v_unit(scene->body.com);

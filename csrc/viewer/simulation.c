@@ -1,7 +1,6 @@
 /* Implementation of simulation.h. Time is counted in ticks. A row of the record holds the measured
- * values at its time and their extrema since the previous row. kr_simulation.stride is the number
- * of ticks between two rows, and kr_simulation.common the least common multiple of the step
- * sizes. */
+ * values at its time, and their extrema since the previous row. In kr_simulation, `stride`
+ * is the number of ticks between two rows, and `common` the least common multiple of the steps. */
 #include <math.h>
 #include "simulation.h"
 

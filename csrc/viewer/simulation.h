@@ -7,10 +7,9 @@
 #define KR_SIMULATION_H
 #include "kreisel.h"
 
-/* Indices of the measured values of a top: first the scalar quantities of quantities.def that do
- * not change in a rotation about the vertical, KR_SIMULATION_ERROR in number; then the attitude
- * error relative to the reference [rad], and the modified energy that the method bobenko_suris
- * conserves. */
+/* Indices of the measured values of a top: first the KR_SIMULATION_ERROR scalar quantities that do
+ * not change in a rotation about the vertical, in the order of quantities.def; then the attitude
+ * error against the reference [rad], and the modified energy (kr_state_modified_energy). */
 enum {
 #define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_QUANTITY_TURNS))
     KR_SIMULATION_ERROR =
@@ -26,19 +25,19 @@ enum {
     KR_SIMULATION_TRACE = 4096,
     /* Maximum number of rows in the record. When it is full, rows are merged in pairs. */
     KR_SIMULATION_ROWS = 1024,
-    /* Largest number of times per row of the record at which the integrals of the motion and the
-     * errors are measured. */
+    /* Largest number of times per row of the record at which the integrals of the motion, the
+     * attitude errors and the modified energies are measured. */
     KR_SIMULATION_SAMPLES = 64,
     /* The same number for the other quantities, which take longer to measure. */
     KR_SIMULATION_FULL_SAMPLES = 32,
     KR_SIMULATION_TICKS = 1000000, /* ticks in a unit of time */
     /* Special values of kr_simulation_slot.reference: the top has no reference; the top only serves
-     * as a reference, and is advanced only while another top can continue. */
+     * as a reference. When only such tops can continue, the simulation stops. */
     KR_SIMULATION_NO_REFERENCE = -1,
     KR_SIMULATION_REFERENCE = -2,
     /* The step budget: a call of kr_simulation_advance for n steps of the tops makes at most
-     * KR_SIMULATION_BUDGET + KR_SIMULATION_BUDGET_PER_STEP * n internal steps of the methods, plus
-     * up to 256 between two checks. It takes milliseconds if n is small. */
+     * KR_SIMULATION_BUDGET + KR_SIMULATION_BUDGET_PER_STEP * n steps of the methods, or up to 256
+     * more, because these are counted in blocks. It takes milliseconds if n is small. */
     KR_SIMULATION_BUDGET = 32,
     KR_SIMULATION_BUDGET_PER_STEP = 4
 };
