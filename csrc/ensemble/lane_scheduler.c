@@ -140,10 +140,9 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
     return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
               times_power_of_2(a.z, power));
 }
-/* Writes the initial tangent (theta, N) = (turn, push) (lane_tangent.h) along the principal axes.
- * If the user gives a tangent, scales it by a power of two, so that its squared norm does not
- * overflow. Otherwise writes arbitrary numbers, which are unlikely to be close to a trivial
- * solution. */
+/* Writes the initial tangent (theta, N) = (turn, push) (lane_tangent.h) along the principal axes:
+ * the user's tangent, scaled by a power of two so that its squared norm does not overflow. Without
+ * a user's tangent, writes arbitrary numbers, which are unlikely to be a trivial solution. */
 static void set_initial_tangent(const kr_worker *worker, const kr_top *top, double rate,
                                 kr_vec3 *turn, kr_vec3 *push)
 {

@@ -33,8 +33,9 @@ static double fit_cuboid_of_mass(const kr_body *body, double mass, kr_box *box)
 }
 /* Writes to `box` the cuboid of density 1 among those of fit_cuboid_of_mass for all masses or, if
  * none has density 1, the largest one. Ternary search finds the largest one, because the logarithm
- * of the volume is a concave function of 1 / mass. The density increases with the mass. If the
- * largest cuboid has density 1, rounding errors could hide it; the factor 1.001 prevents this. */
+ * of the volume is a concave function of 1 / mass. The density increases with the mass. The search
+ * for density 1 includes slightly smaller masses than the mass of the largest cuboid (factor
+ * 1.001), because ternary search finds this mass only approximately. */
 static void fit_cuboid_of_any_mass(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
