@@ -1,6 +1,6 @@
-/* Batched evaluation of closed-form solutions (kr_exact_form) for many tops. The states equal those
- * of kr_exact_state, except that the initial state is returned exactly as given. A top with invalid
- * times or states is passed on to the scalar code (kr_top), which reports the error. */
+/* Batched evaluation of the closed-form solutions (kr_exact_form, exact/exact.h) of many tops. The
+ * states have the bits of kr_exact_state, but the initial state is returned exactly as given. The
+ * scalar code (kr_top) repeats a top with an invalid time or state, and reports the error. */
 #include "exact/exact.h"
 #include "slots.h"
 
@@ -15,8 +15,8 @@ static double bound_horizon_below(const kr_scene *s)
                  swing = sqrt(s->body.mass * fabs(s->gravity) / least * v_length(s->body.com));
     return 0x1p52 / fmax(turning, swing);
 }
-/* Returns 1 if the initial and the requested times of top i are monotonic and less than the horizon
- * in magnitude, and no more than config->max_steps times (if positive) are requested. */
+/* Returns 1 if the requested times of top i are monotonic, beginning with its initial time, are
+ * below bound_horizon_below in magnitude, and number at most config->max_steps (if this is > 0). */
 static int are_times_valid(const kr_config *config, const kr_tops *tops, size_t i)
 {
     const kr_scene *scene = &tops->scenes[i];
@@ -45,8 +45,9 @@ static size_t store_valid_states(kr_worker *worker, kr_slot *slot, kr_accumulato
     }
     return k;
 }
-/* Stores the states of top i and its outcome. If `plan` is NULL, tops->states already contains the
- * states; otherwise, evaluates them from the closed form `plan`, in blocks of STATES_PER_CALL. */
+/* Stores the outcome and the states of top i. The states are those in tops->states if `plan` is
+ * NULL, or else computed from the closed form `plan`, in blocks of STATES_PER_CALL. If a state is
+ * invalid, the scalar code computes the top instead. */
 INLINE void store_exact_states(kr_worker *worker, size_t i, const kr_exact_form *plan)
 {
     const kr_tops *tops = worker->tops;

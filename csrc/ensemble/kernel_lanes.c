@@ -4,8 +4,8 @@
 #include "lane_tangent.h"
 #include "lane_event_test.h"
 
-/* Stores the time `end` and the state at that time as the end of the step in every lane. Returns
- * the vertical, the angular velocity and the heading at `end`. */
+/* Evaluates the Taylor polynomials of every lane at the time `end`, and stores the result as the
+ * end of the step. Returns the vertical, the angular velocity and the heading at `end`. */
 INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
 {
     const lane_point r = evaluate_lane_series(l, l->order, end, headless);

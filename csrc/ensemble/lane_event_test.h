@@ -1,10 +1,11 @@
-/* Test for possible events within the last step of each SIMD lane. An event is a zero of the event
- * function g = <along_p, P> + <along_w, W> + constant (lane_state.h), or for an extremum a zero of
- * its derivative. Within a step, both functions are polynomials. The coefficients of a polynomial
- * in the Bernstein basis bound its values: if all of them have the sign `side` that is known from
- * earlier steps, the polynomial does not change sign. The test may report false positives, but
- * never misses a sign change. If an event is possible in a lane, section.c searches the step. This
- * file is compiled once for each instruction set. */
+/* Test for possible events within the last step of each SIMD lane. The event function is g =
+ * <along_p, P> + <along_w, W> + constant (kr_lanes, lane_state.h), with the vertical P and the
+ * angular velocity W in the body. An event is a zero of g or, if l->extremum is 1, a zero of dg/dt.
+ * Within a step, g and dg/dt are polynomials. The coefficients of a polynomial in the Bernstein
+ * basis bound its values: if all of them have the sign `side` that is known from earlier steps, the
+ * polynomial does not change sign. The test may report false positives, but never misses a sign
+ * change. If an event is possible in a lane, section.c searches the step. This file is compiled
+ * once for each instruction set. */
 #include "lane_series.h"
 
 /* Returns <along_p, p> + <along_w, w>: the event function without its constant. */
@@ -22,10 +23,10 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w, int terms)
                    dw = lane_vec_fma(lane_vec_times(k, lane_vec_yzx(w)), lane_vec_zxy(w), linear);
     return evaluate_event_linear_part(l, dp, dw);
 }
-/* Writes to l->g the coefficients of g, or of dg/ds for an extremum, as a polynomial in s = (time
- * since the start of the step) / h, where h is the size of the step. Returns the degree. The last
- * coefficient is corrected so that the value at s = 1 is that at the point *end, where the step
- * ends. The polynomials of consecutive steps therefore agree at their common time. */
+/* Writes to l->g the coefficients of g or, if l->extremum is 1, of dg/ds as a polynomial in s, the
+ * time since the start of the step divided by the size h of the step. Returns the degree. Corrects
+ * the last coefficient so that the value at s = 1 is the value computed from P and W in *end, with
+ * which the next step begins. */
 INLINE int write_event_polynomial(kr_lanes *l, wide h, const lane_point *end, int terms)
 {
     const int first = l->extremum, degree = l->order - first;

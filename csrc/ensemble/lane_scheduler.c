@@ -1,8 +1,8 @@
 /* The scheduler assigns tops to SIMD lanes and integrates them (lane_state.h). Each top has its own
  * time and step sizes. The goal of a lane is the next requested time of its top. When a top has
  * reached its last requested time, the next top is loaded into its lane. If the computation in a
- * lane fails, the scalar code (kr_top) repeats it from the initial state and reports the error.
- * `rate` is the unit of frequency of a lane: its times are `rate` times those of kr_top. */
+ * lane fails, the scalar code (kr_top) repeats it from the initial state and reports the error. A
+ * lane uses internal units (method.h), but with the unit of frequency `rate`. */
 #include <float.h>
 #include "math/exponent.h"
 #include "taylor/slow.h"
@@ -27,10 +27,10 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 
-/* Sets the Taylor order of `l` to the fastest one for the tolerance `tol`, and the tolerance of `l`
- * to 2^-less tol, but not below min(tol, 2^-54.5), so that the results are as accurate as those of
- * single tops. The first row with tol >= 2^until applies. docs/theory/ensembles.md states how the
- * orders and tolerances of this table were measured. */
+/* Sets l->order to the fastest Taylor order for the tolerance `tol` (for 2^-53 if tol is 0). Sets
+ * l->log2_tol to log2 of 2^-less tol or, if this is larger, of min(tol, 2^-54.5): with this
+ * tolerance, the results are as accurate as results of kr_top. The first row with tol >= 2^until
+ * applies. The numbers in the rows were measured (docs/theory/ensembles.md). */
 static void set_order_and_tolerance(kr_lanes *l, double tol)
 {
     static const struct {
@@ -70,8 +70,8 @@ void kr_scheduler_reset(kr_worker *worker, int damped)
     for (int i = 0; i < KR_LANES_MAX; i++) kr_lane_park(worker->lanes, i);
 }
 
-/* Returns the rotation from permuted to original principal axes, where shift_axes(A, *shift) are
- * the permuted moments of inertia. Sets `shift` such that the third of them is the largest. */
+/* Sets *shift so that the largest of the principal moments A is the third component of
+ * shift_axes(A, *shift). Returns the rotation from these permuted axes to the principal axes. */
 static kr_quat rotation_to_largest_moment(kr_vec3 A, int *shift)
 {
     *shift = A.z >= A.x && A.z >= A.y ? 0 : A.x >= A.y ? 1 : 2;
@@ -83,9 +83,9 @@ static kr_vec3 make_zeros_negative(kr_vec3 v)
 {
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
-/* Returns `difference`, that of two moments of inertia. If |difference| < least, and the component
- * rotor_1 or rotor_2 of the rotor is not 0, returns `least` = KR_LEAST_FACTOR * moment + DBL_MIN
- * instead, because these components are divided by the result. */
+/* Returns `difference`, a difference of two moments of inertia. If it is near 0, and a component
+ * rotor_1 or rotor_2 of the rotor is not 0, returns KR_LEAST_FACTOR (taylor.h) * moment + DBL_MIN
+ * instead, because the caller divides these components by the result. */
 static double avoid_zero_moment_difference(double difference, double moment, double rotor_1,
                                            double rotor_2)
 {
@@ -99,13 +99,13 @@ static kr_vec3 divide_with_negative_zeros(kr_vec3 rotor, kr_vec3 difference)
               rotor.y == 0.0 ? -0.0 : rotor.y / difference.y,
               rotor.z == 0.0 ? -0.0 : rotor.z / difference.z);
 }
-/* The constants A, c and h of lane_state.h, drag = -D / A and apart = (Ay - Az, Az - Ax, Ax - Ay),
- * for the permuted axes and in the units of a lane. */
+/* The constants A, c and h of lane_state.h, drag = -D / A, and apart = (Ay - Az, Az - Ax, Ax - Ay),
+ * along the permuted axes of a lane and in its units. */
 typedef struct {
     kr_vec3 A, c, h, drag, apart;
 } shifted_constants;
-/* Returns the constants of the equations of motion, converted from the units and axes of kr_top by
- * the unit of frequency `rate` and the cyclic permutation shift_axes(v, shift). */
+/* Returns the constants of `motion`, converted from internal units and principal axes to a lane
+ * with the unit of frequency `rate` and permuted axes: a vector v becomes shift_axes(v, shift). */
 static shifted_constants make_shifted_constants(const kr_motion *motion, double rate, int shift)
 {
     const kr_vec3 A = shift_axes(motion->inertia, shift),
@@ -140,10 +140,9 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
     return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
               times_power_of_2(a.z, power));
 }
-/* Writes the initial tangent (theta, N) = (turn, push) (lane_tangent.h) along the principal axes,
- * in the units of a lane. The user's tangent is scaled by a power of two, so that its squared norm
- * does not overflow. Without a user's tangent, one with arbitrary components is used, which is
- * unlikely to be close to a trivial solution. */
+/* Writes the initial tangent (theta, N) = (turn, push) (lane_tangent.h) along the principal axes:
+ * the user's tangent, scaled by a power of two so that its squared norm does not overflow. Without
+ * a user's tangent, writes arbitrary numbers, which are unlikely to be a trivial solution. */
 static void set_initial_tangent(const kr_worker *worker, const kr_top *top, double rate,
                                 kr_vec3 *turn, kr_vec3 *push)
 {
@@ -159,12 +158,12 @@ static void set_initial_tangent(const kr_worker *worker, const kr_top *top, doub
     *turn = v_times_power_of_2(*turn, -exponent_of(size));
     *push = v_times_power_of_2(*push, -exponent_of(size));
 }
-/* Upper limit on the sum of the reciprocals of the moments of inertia, in the units of kr_top.
- * Above this limit, the squared norm of a tangent could overflow. */
+/* Upper limit on the sum of the reciprocals of the moments of inertia, in internal units. Above
+ * this limit, the squared norm of a tangent could overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
-/* Initializes the tangent of the top in worker->fallback in a lane. Returns 0 if the tangent is not
- * finite, if it is within 1e-10 of a combination of the trivial solutions (lane_tangent.h), or if a
- * moment of inertia is too small. */
+/* Computes the initial tangent of a lane, for the top in worker->fallback. Returns 0 if the tangent
+ * is not finite, if less than 1e-10 of it remains after removal of the trivial solutions
+ * (lane_tangent.h), or if a moment of inertia is too small. */
 static int begin_tangent(kr_worker *worker, int lane, double rate, int shift,
                          const shifted_constants *constants)
 {
@@ -239,8 +238,9 @@ static int is_growth_finite(const kr_lanes *l, int lane)
     for (int i = 0; l->tangents && i < KR_GROWTH_COUNT; i++) sum += l->tangents->out[i][lane];
     return isfinite(sum);
 }
-/* Stores the state that was computed for a lane at its goal, and sets the next goal. Returns 1 if
- * the top is still in the lane and its last step also reaches the new goal. */
+/* Stores the state that kr_lanes_isa.sample has computed for a lane, and sets the next goal. If the
+ * state is invalid, the scalar code computes the top instead. Returns 1 if the top is still in the
+ * lane and its last step also reaches the new goal. */
 static int store_sample_and_set_goal(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;
@@ -267,8 +267,9 @@ static void sample_lanes(kr_worker *worker, unsigned lanes)
                 lanes &= ~(1u << lane);
     }
 }
-/* Advances all lanes by up to STEPS_PER_POLL steps. In each lane that has stopped, stores the
- * states or events within the last step, or hands the top to the scalar code. */
+/* Advances all lanes by up to STEPS_PER_POLL steps. Then, for each lane in the mask returned by
+ * kr_lanes_isa.advance, stores the states or events within the last step or, if this step failed,
+ * leaves the top to the scalar code. */
 static void advance_lanes(kr_worker *worker)
 {
     const unsigned called = worker->isa->advance(worker->lanes, STEPS_PER_POLL) & worker->busy;

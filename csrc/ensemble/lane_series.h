@@ -1,9 +1,9 @@
-/* Computes and evaluates the Taylor series of P, W and f (lane_state.h) for the tops in all SIMD
- * lanes, and chooses the step sizes. `terms` is a sum of KR_LANES_HEADLESS and KR_LANES_DAMPED;
- * `headless` is nonzero if the heading f is not computed. A sum of products of the coefficients j
- * and n - j starts with j near n / 2, so that it can begin before coefficient n is known. With
- * fused multiply-add, the results in a lane are bitwise equal for all vector widths. This file is
- * compiled once for each instruction set, with vectors of the type `wide` (math/simd.h). */
+/* Taylor series of the vertical P, the angular velocity W and the heading f (lane_state.h) for the
+ * tops in all SIMD lanes, and their step sizes. p, w and f with an index are Taylor coefficients.
+ * `terms` is 0, KR_LANES_HEADLESS, KR_LANES_DAMPED or their sum; `headless` is nonzero if f is not
+ * computed. A sum of products of the coefficients j and n - j starts with j near n / 2, so that it
+ * can begin before coefficient n is known. With fused multiply-add, the results in a lane are
+ * bitwise equal for all vector widths. This file is compiled once for each instruction set. */
 #ifndef KR_LANE_SERIES_H
 #define KR_LANE_SERIES_H
 #include "lane_state.h"
@@ -104,7 +104,7 @@ typedef struct {
     lane_vec ww;          /* Wy Wz, Wz Wx, Wx Wy */
     lane_vec plus, minus; /* plus - minus is P x W */
     lane_vec wp;          /* Wx Px, Wy Py, and with damping Wz Pz */
-    wide quotient;        /* (1 + <P, d>) f', without the product of near[0] and rate[n] */
+    wide quotient;        /* (1 + <P, P0>) f', without the product of near[0] and rate[n] */
 } lane_sums;
 
 /* Adds the cross product pj x wm of coefficients of P and W to a->plus - a->minus. */
@@ -118,23 +118,22 @@ INLINE void add_velocity_products(lane_sums *a, lane_vec wj, lane_vec wm)
 {
     a->ww = lane_vec_fma(lane_vec_yzx(wj), lane_vec_zxy(wm), a->ww);
 }
-/* Adds the products wmx pjx and wmy pjy, and with damping wmz pjz, of coefficients of W and P to
- * a->wp. Only the heading requires them. */
+/* Adds wmx pjx, wmy pjy and, with damping, wmz pjz to a->wp, for coefficients of W and P. */
 INLINE void add_heading_products(lane_sums *a, lane_vec wm, lane_vec pj, int terms)
 {
     a->wp.x = wide_fma(pj.x, wm.x, a->wp.x);
     a->wp.y = wide_fma(pj.y, wm.y, a->wp.y);
     if (terms & KR_LANES_DAMPED) a->wp.z = wide_fma(pj.z, wm.z, a->wp.z);
 }
-/* Returns `to`, a sum of products of coefficients of W, plus the rotor terms (lane_state.h) of the
- * coefficient w: shift_next * (wz, wx, wy) + shift_prev * (wy, wz, wx), componentwise. */
+/* Returns `to` plus the contribution of the rotor to the products lane_sums.ww for the coefficient
+ * w of W: shift_next * (wz, wx, wy) + shift_prev * (wy, wz, wx), componentwise (kr_lanes). */
 INLINE lane_vec add_rotor_products(kr_lanes *l, lane_vec w, lane_vec to)
 {
     const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_zxy(w), to);
     return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_yzx(w), of_prev);
 }
-/* Adds to the sums `a` of order n, which must be even, the products of two coefficients of order
- * n / 2, and for n = 0 the rotor terms. */
+/* Adds to the sums `a` of an even order n the products of two coefficients of order n / 2. Adds the
+ * contribution of the rotor if n = 0. */
 INLINE void add_middle_products(lane_sums *a, kr_lanes *l, int n, int terms)
 {
     const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
@@ -146,7 +145,7 @@ INLINE void add_middle_products(lane_sums *a, kr_lanes *l, int n, int terms)
     if (n > 0) a->quotient = wide_load(l->near[n / 2]) * wide_load(l->rate[n / 2]);
 }
 /* Adds to the sums `a` of order n > 0 the products of the coefficients of orders 0 and n, and the
- * rotor terms. `newest` holds the coefficients n of W and P, still in processor registers. */
+ * contribution of the rotor. `newest` holds the coefficients n of W and P. */
 INLINE void add_newest_products(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest,
                                 int terms)
 {
@@ -188,8 +187,8 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int t
     return a;
 }
 
-/* Writes coefficient n of f' to l->rate, and coefficient n + 1 of the heading f to l->turn, from
- * the sums `a` of order n and share = 1 / (n + 1). */
+/* Writes coefficient n of f' to l->rate, and coefficient n + 1 of f to l->turn. `a` holds the sums
+ * of order n, `newest` the coefficients n of W and P, and `share` is 1 / (n + 1). */
 INLINE void next_heading_coefficients(kr_lanes *l, const lane_sums *a, int n,
                                       const lane_pair *newest, wide share, int terms)
 {
@@ -247,8 +246,8 @@ INLINE void expand_lane_series(kr_lanes *l, int terms)
     for (int n = 0; n < l->order; n++) newest = next_lane_coefficient(l, n, newest, terms);
 }
 
-/* approx_log2_lanes returns log2 x for a normal number x > 0, with an error below 0.05, and
- * approx_exp2_lanes 2^x, with a relative error below 0.002. Both suffice for a step size. */
+/* approx_log2_lanes returns log2 x for a normal number x > 0, with an error below 0.05.
+ * approx_exp2_lanes returns 2^x, with a relative error below 0.002. */
 INLINE wide approx_log2_lanes(wide x)
 {
     const wide bits = wide_of_bits((wide_bits(x) >> 20) | 0x4330000000000000u) - 0x1p52;
@@ -261,9 +260,9 @@ INLINE wide approx_exp2_lanes(wide x)
     return power *
            wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
 }
-/* Returns log2 of the radius of convergence, estimated as -log2(|x_n|) / n from the coefficients
- * x_n = (p_n, w_n, 16 f_n) of P, W and f. The heading f has the weight 16, because the omitted
- * terms of its series may all have the same sign. */
+/* Returns log2 of the radius of convergence, estimated as -log2(|x_n|) / n from the n-th
+ * coefficients x_n = (p_n, w_n, 16 f_n). The factor 16 shortens the steps, because the omitted
+ * terms of f may all have the same sign. */
 INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
 {
     const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);
@@ -274,8 +273,8 @@ INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
     }
     return approx_log2_lanes(square) * (-0.5 / n);
 }
-/* Returns the step size (> 0) for which the last retained Taylor term equals 2^log2_tol. Near an
- * unstable equilibrium, `fall` limits the step size (series_step_size in taylor/series.h). */
+/* Returns the step size (> 0) at which the last Taylor term is about 2^l->log2_tol, but at most
+ * l->order / 6 times l->fall. This limit matters near an unstable equilibrium (taylor/series.h). */
 INLINE wide lane_step_size(kr_lanes *l, int headless)
 {
     const int order = l->order;
@@ -311,8 +310,8 @@ INLINE lane_quat shortest_rotation(lane_vec p, lane_vec d)
 {
     return (lane_quat){1.0 + lane_vec_dot(p, d), lane_vec_cross(p, d)};
 }
-/* Returns the attitude exp(e3 f/2) g s(P) of lane_state.h at the point (P, W, f) = *at. If
- * `headless` is nonzero, returns a rotation that takes P to e3, with an arbitrary heading. */
+/* Returns the attitude (lane's axes -> space) at the point (P, W, f) = *at. If `headless` is
+ * nonzero, returns a rotation that takes P to e3, with an arbitrary heading. */
 INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
 {
     if (headless) {

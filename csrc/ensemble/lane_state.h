@@ -2,16 +2,16 @@
  * and step size. Private to ensemble/.
  *     P' = P x W                           q: attitude, body -> space, a unit quaternion
  *     A W' = (AW + h) x W + P x c - D W    P = q* e3 q: the vertical e3 in the body frame
- *     q = exp(e3 f/2) g s(P)               W: angular velocity in the body; A: moments of inertia
- *     f' = <W, P + d> / (1 + <P, d>)       h: angular momentum of the rotor; D: damping
+ *     q = exp(e3 f/2) q0 s(P)              W: angular velocity in the body; A: moments of inertia
+ *     f' = <W, P + P0> / (1 + <P, P0>)     h: angular momentum of the rotor; D: damping
  *                                          c: weight * center of mass
- * The constants d and g are the values of P and q at the beginning of a step. The rotation s(P) is
- * the one by the smallest angle that takes P to d. The heading f is the angle of the remaining
- * rotation, about the vertical. Because P and f determine q, each order needs only 12 products of
- * Taylor coefficients, instead of 21 with a series of q. The sum <W, P> contributes two of these
- * products, because <AW + h, P> is constant; for a damped top, it contributes three. The rotor
- * costs no products (taylor.h). The singularity of f' at P = -d limits the step size. Time is
- * scaled so that |W| < 1. Energy and angular momentum are conserved only up to the tolerance. */
+ * P0 and q0 are the values of P and q at the beginning of a step. s(P) is the rotation by the
+ * smallest angle that takes P to P0. The heading f is the angle of a rotation about the vertical.
+ * Because P and f determine q, each order needs only 12 products of Taylor coefficients, instead of
+ * 21 with a series of q. Damping adds one product: without damping, <AW + h, P> is constant, so two
+ * products suffice for <W, P>. The rotor costs no products (taylor.h). The step size is limited by
+ * the singularity of f' at P = -P0. The unit of time is such that |W| < 1. Energy and angular
+ * momentum are conserved only up to the tolerance. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
 #include "math/isa.h"
@@ -40,20 +40,21 @@ static inline kr_vec3 shift_axes(kr_vec3 v, int shift)
     return shift == 0 ? v : shift == 1 ? v3(v.y, v.z, v.x) : v3(v.z, v.x, v.y);
 }
 
-/* Flags that select the terms of the Taylor recurrence. KR_LANES_HEADLESS: the heading f and the
- * attitude are not computed. KR_LANES_DAMPED: the damping D is included. */
+/* Flags of the Taylor recurrence. KR_LANES_HEADLESS: the heading f and the attitude are not
+ * computed. KR_LANES_DAMPED: the damping D is taken into account; otherwise it must be 0. */
 enum { KR_LANES_HEADLESS = 1, KR_LANES_DAMPED = 2 };
 
 struct kr_lane_tangents;
 /* The last computed step of every lane, from the time t to the time `end`. A lane must stop at the
- * first step that reaches its `goal`. The body axes are permuted cyclically so that the third
- * moment of inertia is the largest. An unused lane has finite coefficients and an infinite goal. */
+ * first step that reaches its `goal`. The lane's axes are the principal axes, permuted cyclically
+ * so that the third moment of inertia is the largest. An unused lane has finite coefficients and an
+ * infinite goal. */
 typedef struct kr_lanes {
     kr_lane_vector p[KR_LANES_ORDER + 1], w[KR_LANES_ORDER + 1]; /* coefficients of P and W */
     kr_lane_number rate[KR_LANES_ORDER + 1];                     /* of f' */
     kr_lane_number turn[KR_LANES_ORDER + 1];                     /* of f */
-    kr_lane_number near[KR_LANES_ORDER + 1];                     /* coefficients of 1 + <P, d> */
-    kr_lane_number inverse;                                      /* 1 / (1 + <P, d>) at t */
+    kr_lane_number near[KR_LANES_ORDER + 1];                     /* coefficients of 1 + <P, P0> */
+    kr_lane_number inverse;                                      /* 1 / (1 + <P, P0>) at t */
     kr_lane_quaternion q;                                        /* attitude at t */
     kr_lane_vector end_p, end_w;
     kr_lane_quaternion end_q;
@@ -61,24 +62,24 @@ typedef struct kr_lanes {
     kr_lane_vector drag;        /* -Dx / Ax, and cyclic permutations */
     /* factors of Wx Px, Wy Py and Pz in <W, P>: 1 - Ax / Az, 1 - Ay / Az, -hz / Az */
     kr_lane_vector inner;
-    /* The rotor terms `shift_prev` = (-hz / (Ay - Az), ...) and `shift_next` = (hy / (Ay - Az),
-     * ...), with the cyclic permutations as further components; `prev` = (Wz, Wx, Wy) + shift_prev
-     * and `next` = (Wy, Wz, Wx) + shift_next, where W is the coefficient W_0. Without a rotor, its
-     * terms are -0, because adding -0 leaves every number unchanged. */
+    /* The constants of the rotor: the vector shift_prev is (-hz / (Ay - Az), ...), and shift_next
+     * is (hy / (Ay - Az), ...), with the cyclic permutations as further components. Without a
+     * rotor, both are -0, because adding -0 leaves every number unchanged. For the value of W at
+     * the time t, prev is (Wz, Wx, Wy) + shift_prev, and next is (Wy, Wz, Wx) + shift_next. */
     kr_lane_vector shift_prev, shift_next, prev, next;
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 backward in time */
-    kr_lane_number fall;                  /* as in kr_series */
+    kr_lane_number fall;                  /* as in kr_series (taylor.h) */
     kr_lane_number steps, max_steps;
     kr_lane_number at; /* time to sample */
-    /* The event: a zero or an extremum of g = <along_p, P> + <along_w, W> + constant. The array g
-     * holds the coefficients of a polynomial in s over the step, 0 <= s <= 1: of g, or of dg/ds for
-     * an extremum. `side` is the last sign of this polynomial known with certainty, or 0. Values of
-     * magnitude at most `noise` are treated as zero. */
+    /* The event: a zero of the event function <along_p, P> + <along_w, W> + constant or, if
+     * `extremum` is 1, of its derivative. In the last step, this function or derivative is the
+     * polynomial sum g[n] s^n, 0 <= s <= 1. `side` is the last sign of the polynomial known with
+     * certainty, or 0. Values up to `noise` in magnitude have no certain sign. */
     kr_lane_vector along_p, along_w;
     kr_lane_number constant, g[KR_LANES_ORDER + 1], side, noise;
     int has_event, extremum;
-    /* Conversion to the user's frame and units: `axes` rotates vectors from the user's body frame
-     * to the axes of the lane. The user's momentum is moment * W + rotor, componentwise. */
+    /* Conversion to the user's frame and units: `axes` rotates from the frame of description to the
+     * lane's axes. Along these, moment * W + rotor, componentwise, is the user's momentum. */
     kr_lane_quaternion axes;
     kr_lane_vector moment, rotor;
     kr_lane_quaternion out_q; /* from `sample`: the user's q and m (kr_state) */
@@ -118,13 +119,13 @@ typedef struct kr_lanes_isa {
     int (*runs_here)(void);
     /* Advances the tops in all SIMD lanes by at most `steps` integration steps. Stops after a step
      * in which a lane has reached its goal, has made no progress, has exceeded max_steps, is not
-     * finite, or may have met its event. Returns the mask of such lanes: bit i for lane i. */
+     * finite, or may have met its event. Returns the mask of these lanes: bit i for lane i. */
     unsigned (*advance)(kr_lanes *lanes, int steps);
-    /* Writes the state of each lane i at the time lanes->at[i] within its last step to out_q and
-     * out_m, and the growth of its tangent, if any, to tangents->out. */
+    /* Writes the state of each lane i at the time lanes->at[i], which lies within its last step, to
+     * lanes->out_q and out_m. With tangents, writes their growth to tangents->out. */
     void (*sample)(kr_lanes *lanes);
-    /* Removes the trivial solutions (lane_tangent.h) from the initial tangents in tangents->end.d,
-     * and scales the remainders to unit length. Writes the results to tangents->first. */
+    /* Removes the components along the trivial solutions (lane_tangent.h) from the initial tangents
+     * tangents->end.d, scales the results to unit length, and writes them to tangents->first. */
     void (*begin)(kr_lanes *lanes);
 } kr_lanes_isa;
 /* KR_LANES_ISA declares the functions that kernel_lanes.c exports for an instruction set. */

@@ -1,23 +1,23 @@
-/* The growth of an infinitesimal perturbation (tangent) of the top in each SIMD lane. A, c, h, P
- * and W are those of lane_state.h, and M = AW + h is the momentum in the body frame. A tangent
- * delta = (theta, N) consists of a rotation vector theta, which adds q theta/2 to the attitude q,
- * and a change N of the momentum, both in the body frame:
+/* The growth of an infinitesimal perturbation (tangent) of the top in each SIMD lane. A, c, h, P, W
+ * and the tolerance are those of lane_state.h, and M = AW + h is the momentum along the body axes.
+ * A tangent delta = (theta, N) is a rotation vector theta, which adds q theta/2 to the attitude q,
+ * and a change N of the momentum in space. The components of both refer to the body axes:
  *     theta' = 1/A (M x theta + N) + theta x W        N' = N x W + (c x theta) x P
- * Two solutions are trivial: the direction of the flow, (W, P x c), and an infinitesimal rotation
- * about the vertical, (P, P x M). At the end of each step, the components of the tangent along the
- * trivial solutions are removed. The growth of its norm, |delta|^2 = |theta|^2 + |N|^2, is
- * measured. Stored is d = delta 2^-power, with |d| near 1. Up to the tolerance, each tangent
- * conserves
+ * Two solutions are trivial: the flow, (W, P x c), and an infinitesimal rotation about the
+ * vertical, (P, P x M). At the end of each step, the components of the tangent along the trivial
+ * solutions are removed. The program stores d = delta 2^-power, where |d| is near 1, and measures
+ * the growth of |delta|, with |delta|^2 = |theta|^2 + |N|^2. Up to the tolerance, the changes of
+ * the energy and of the vertical momentum are constant:
  *     dE = <N, W> + <theta, W x M + c x P>            d<m, e3> = <N, P>
- * The mean over the time T of the chaos indicator MEGNO (Cincotta and Simo 2000) is, by integration
- * by parts, 2/T int ln|delta| (1 + ln(t/T)) dt. Tangents may require shorter steps, but do not
+ * The mean of the chaos indicator MEGNO (Cincotta and Simo 2000) from 0 to t is, by integration by
+ * parts, 2/t int_0^t ln|delta(s)| (1 + ln(s/t)) ds. Tangents may shorten the steps, but do not
  * otherwise change the motion (path). This file is compiled once for each instruction set. */
 #include "lane_series.h"
 
-/* The truncation error of a tangent d is estimated by the last Taylor term, whose norm may be at
- * most 2^GROWTH_SLACK times the tolerance times |d|. For this purpose, a step is divided into at
- * most GROWTH_SUBSTEPS substeps, and ends early if these do not suffice. The length of a substep is
- * reduced at most GROWTH_TRIES times. */
+/* The truncation error of a tangent d is estimated by the last Taylor term of d, which must be at
+ * most 2^GROWTH_SLACK times the tolerance times |d|. If it is larger, the step is divided into
+ * substeps. If more than GROWTH_SUBSTEPS are necessary, the step ends early. The length of a
+ * substep is reduced at most GROWTH_TRIES times. */
 #define GROWTH_SLACK 9.0
 enum { GROWTH_SUBSTEPS = 64, GROWTH_TRIES = 32 };
 
@@ -115,8 +115,8 @@ INLINE trivial_solutions find_trivial_solutions(kr_lane_tangents *g, const lane_
     return (trivial_solutions){{at->w, lane_vec_cross(at->p, lane_vec_load(g->c))},
                                {at->p, lane_vec_cross(at->p, find_body_momentum(g, at))}};
 }
-/* Returns the component of `d` orthogonal to both trivial solutions at the point `at` of the path,
- * or only to the flow if they are parallel to within rounding errors. */
+/* Returns the component of `d` orthogonal to both trivial solutions at the point `at` of the path.
+ * If these are parallel within rounding errors, removes only the component along the flow. */
 INLINE lane_deviation remove_trivial_solutions(kr_lane_tangents *g, const lane_point *at,
                                                lane_deviation d)
 {
@@ -127,8 +127,8 @@ INLINE lane_deviation remove_trivial_solutions(kr_lane_tangents *g, const lane_p
     const wide keep = wide_choose(is_own, wide_splat(1.0), wide_splat(0.0));
     return remove_component(remove_component(d, known.flow), deviation_scale(keep, own));
 }
-/* Returns the squared norm of the component of `d` orthogonal to the two trivial solutions at the
- * point `at`, or 2^-40 |d|^2 if this is larger. */
+/* Returns the larger of 2^-40 |d|^2 and the squared norm of the component of `d` orthogonal to the
+ * two trivial solutions at the point `at` of the path. */
 INLINE wide norm2_without_trivial(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
@@ -156,9 +156,9 @@ INLINE lane_vec find_energy_gradient_in_theta(kr_lane_tangents *g, const lane_po
     const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
     return lane_vec_add(pull, lane_vec_cross(at->w, find_body_momentum(g, at)));
 }
-/* Writes the errors of dE and d<m, e3>, which an exact tangent conserves, to g->out: their changes
- * since the initial time, divided by the largest values of |dE| and |d<m, e3>| among all tangents
- * of the same norm as `d`, at the point `at` of the path. */
+/* Writes the errors of dE and d<m, e3> at the point `at` of the path to g->out. The error is the
+ * change of this number since the initial time (0 for an exact tangent), divided by its maximum for
+ * all tangents of the norm |d|. */
 INLINE void write_conservation_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec lean = find_energy_gradient_in_theta(g, at);
@@ -184,14 +184,14 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
                                  0.18923747814892349};
 #define END_WEIGHT (1.0 / 30.0)
 
-/* Statistics of the growth of a tangent delta since the initial time t = 0. `area` and `moment` are
- * the integrals of ln|delta| and of ln|delta| ln|t| over |t|. `most` is the largest and `last` the
- * most recent value of ln|delta|. `rest` is the square of the largest relative truncation error. */
+/* Integrals of the growth of a tangent delta from the initial time t = 0: `area` = int ln|delta|
+ * d|t| and `moment` = int ln|delta| ln|t| d|t|. `most` is the largest and `last` the last
+ * ln|delta|; `rest` is the largest |last Taylor term|^2 / |delta|^2. */
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_integrals;
-/* Returns `a`, updated for a quadrature node at the time t with the weight `share`, where ln|delta|
- * is a.last. In lanes with the weight 0, nothing changes. */
+/* Returns `a` with the contribution of a quadrature node at the time t, where ln|delta| is a.last.
+ * `share` is the weight of the node times the step; in lanes where it is 0, `a` is unchanged. */
 INLINE growth_integrals add_integral_node(kr_lanes *l, growth_integrals a, wide share, wide t)
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
@@ -201,17 +201,17 @@ INLINE growth_integrals add_integral_node(kr_lanes *l, growth_integrals a, wide 
     a.most = wide_choose(wide_less(wide_splat(0.0), span), wide_max(a.most, a.last), a.most);
     return a;
 }
-/* Sets a->rest to the larger of a->rest and last / |d|^2, where `last` is the squared norm of the
- * last Taylor term of the tangent d. */
+/* Sets a->rest to last / |d|^2 if this is larger. `last` is the squared norm of the last Taylor
+ * term of the tangent d. */
 INLINE void update_largest_truncation(growth_integrals *a, wide last, lane_deviation d)
 {
     const wide size = deviation_dot(d, d), zero = wide_splat(0.0);
     const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
     a->rest = wide_max(rest, a->rest);
 }
-/* Returns the growth integrals `a` plus those over a substep of length h of the path `l`. `d` is
- * the tangent at the end of the substep, without its components along the trivial solutions. Six
- * nodes are used because ln|delta| may have a sharp minimum within the substep. */
+/* Returns `a` with the growth over a substep of length h of the path `l`. `d` is the tangent at the
+ * end of the substep, without its components along the trivial solutions. Six quadrature nodes are
+ * used because ln|delta| may have a sharp minimum within the substep. */
 INLINE growth_integrals add_substep_growth(kr_lanes *l, kr_lane_tangents *g, wide h,
                                            lane_deviation d, growth_integrals a)
 {
@@ -237,8 +237,8 @@ INLINE wide last_term_norm2(kr_lane_tangents *g, int order, wide h)
     const lane_deviation last = deviation_load(g->x[order]);
     return power * power * deviation_dot(last, last);
 }
-/* Returns 1 if the truncation error of a substep of length h is small enough, else an estimate from
- * 0.01 to 0.99 of the fraction of h for which it is. `all`: the tangent after the substep. */
+/* Returns 1 if the truncation error of a substep of length h is small enough, else an estimate of
+ * the permitted fraction of h, 0.01 to 0.99. `all` is the tangent at the end of the substep. */
 INLINE wide allowed_step_fraction(kr_lane_tangents *g, int order, wide h, lane_deviation all)
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0), least = wide_splat(0.01);
@@ -286,10 +286,10 @@ APART void begin_path_substep(kr_lanes *l, kr_lane_tangents *g, const double *at
     lane_vec_store(substep->w[0], here.w);
     expand_lane_series(substep, KR_LANES_HEADLESS);
 }
-/* Propagates the tangent d = g->begin.d from the beginning of the step to the time `to`, in at most
+/* Propagates the tangent g->begin.d from the beginning of the step to the time `to`, in at most
  * `most` substeps. `at` is the point of the path at the time `to`. Adds the growth to `areas`, and
- * sets `reached` to the time that the tangent in each lane has reached. Returns d at that time,
- * without its components along the trivial solutions. */
+ * sets `reached` to the time that the tangent in each lane has reached. Returns the tangent at that
+ * time, without its components along the trivial solutions. */
 INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
                                           const lane_point *at, int most, growth_integrals *areas,
                                           wide *reached)
@@ -354,7 +354,7 @@ INLINE wide propagate_tangent_over_step(kr_lanes *l, kr_lane_tangents *g)
     return reached;
 }
 /* Writes the growth of the tangents up to the times l->at, which lie in the last step, to g->out.
- * If a tangent cannot be propagated that far, its element of out[KR_GROWTH_LOG] is NaN. */
+ * Writes NaN to g->out[KR_GROWTH_LOG] in a lane whose tangent cannot be propagated that far. */
 INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     const wide at = wide_load(l->at), tiny = wide_splat(0x1p-1000);
@@ -372,8 +372,8 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
     write_conservation_errors(g, &here, d);
 }
-/* Sets the limit on the truncation error and, for each interior quadrature node x, the number of
- * Taylor terms larger than 2^-24. The n-th term is about x^n tol^(n/order) at the node x. */
+/* Sets g->truncation_limit, and g->terms for the interior quadrature nodes. At a node x, the Taylor
+ * term n is about x^n tol^(n/order) times the tangent; terms below 2^-24 of it are omitted. */
 static void set_truncation_and_node_terms(const kr_lanes *l, kr_lane_tangents *g)
 {
     g->truncation_limit = exp2(2.0 * (l->log2_tol + GROWTH_SLACK));
@@ -382,9 +382,9 @@ static void set_truncation_and_node_terms(const kr_lanes *l, kr_lane_tangents *g
         g->terms[i] = (int)fmin(ceil(24.0 / fall), l->order);
     }
 }
-/* Removes from the initial tangents g->end.d their components along the trivial solutions, and
- * scales the rest to unit length. Writes the results to g->first, with dE and d<m, e3> in
- * g->first_energy and g->first_vertical, and the lengths before the scaling in g->first_size. */
+/* Removes from the initial tangents g->end.d their components along the trivial solutions. Writes
+ * the norms of the results to g->first_size. Scales them to unit length, and writes them to
+ * g->first, and their dE and d<m, e3> to g->first_energy and g->first_vertical. */
 INLINE void normalize_initial_tangent(kr_lanes *l, kr_lane_tangents *g)
 {
     set_truncation_and_node_terms(l, g);

@@ -1,7 +1,7 @@
-/* Sections of the motions of many tops: the states at which an event occurs. An event is a sign
- * change of the event function, or for an extremum of its derivative. The SIMD lanes, each with one
- * top (lane_state.h), can be used if the event function is linear in the body-frame components of
- * the vertical and of the angular velocity. A lane stops after a step in which an event is possible
+/* Sections of the motions of many tops: the states at which an event occurs. An event is a zero of
+ * the event function g (kr_event, kreisel.h) or, for an extremum, of dg/dt. The SIMD lanes, each
+ * with one top (lane_state.h), can be used if g is linear in the body-frame components of the
+ * vertical and the angular velocity. A lane stops after a step in which an event is possible
  * (lane_event_test.h), and the functions of this file search this step. Other events are found by
  * the scalar code (events/event_search.c). The longest wait limits the time from event to event. */
 #include "events/sign_changes.h"
@@ -35,10 +35,10 @@ static void finish_without_event(kr_worker *worker, int lane)
     slot->last = s;
     kr_lane_finish(worker, lane, KR_ERR_EVENT);
 }
-/* Stores the state at a sign change of the event function in the last step of a lane, if the
- * condition of the event is met there and the longest wait has not passed. `fraction` is the time
- * from the beginning of the step to the sign change, divided by the step size. Returns 1 if the
- * search in this step must continue, or 0 if the top has left the lane. */
+/* Stores the state at an event in the last step of a lane, unless the event has a condition that is
+ * not met. If the longest wait ends before the event, finishes the top. `fraction` is the time from
+ * the beginning of the step to the event, divided by the step size. Returns 1 if the search in this
+ * step must continue, or 0 if the top has left the lane. */
 static int store_event(kr_worker *worker, int lane, double fraction)
 {
     const kr_lanes *l = worker->lanes;

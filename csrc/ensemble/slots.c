@@ -1,6 +1,5 @@
-/* The tops that a worker computes now, each in a SIMD lane (lane_state.h) or by the scalar code
- * (kr_top). A kr_slot holds the progress of one of these tops. The functions store the states, the
- * growth of tangents and the outcomes, and free lanes. */
+/* The tops that a worker computes now (kr_slot), each in a SIMD lane (lane_state.h) or by the
+ * scalar code (kr_top), and the storage of their states, growth of tangents and outcomes. */
 #include "model/scene.h"
 #include "slots.h"
 
@@ -28,8 +27,7 @@ int kr_worker_poll_after_states(kr_worker *worker)
     if (worker->unpolled >= KR_WORKER_STATES_PER_POLL) kr_worker_poll(worker);
     return worker->interrupted;
 }
-/* Returns the address of the KR_GROWTH_COUNT numbers for the tangent of the top with index `top` at
- * its requested time k, or NULL if no growth is requested. */
+/* Returns the address in kr_tops.growth for a top at its requested time k, or NULL. */
 static double *find_growth_row(const kr_worker *worker, size_t top, size_t k)
 {
     double *growth = kr_worker_has_tangents(worker) ? worker->tops->growth : NULL;

@@ -2,7 +2,7 @@
  * files of ensemble/. worker.c dispatches the tops: exact_batch.c evaluates closed-form solutions
  * in batches, lane_scheduler.c integrates tops in SIMD lanes (lane_state.h), and the scalar code
  * integrates the remaining tops one by one (kr_top). section.c finds events, and reduce.c computes
- * reductions: statistics of the states. A top that is being computed has a slot (slots.c). Top i is
+ * reductions: statistics of the states. A top that is being computed has a slot (kr_slot). Top i is
  * the one with index i in kr_tops. */
 #ifndef KR_SLOTS_H
 #define KR_SLOTS_H
@@ -23,9 +23,9 @@ typedef struct kr_slot {
     kr_state last;
 } kr_slot;
 
-/* The state of a reduction after some of the states of a top: `value` is their extremum, mean or
- * last value. `more` is the time of the extremum; for a mean or a variance, it is the sum of the
- * squared deviations from the mean. */
+/* The state of a reduction after some of the states of a top: `value` is the extremum, mean or last
+ * value of the quantity. `more` is the time of the extremum or, for a mean or a variance, the sum
+ * of the squared deviations from the mean. */
 typedef struct kr_accumulator {
     double value, more;
 } kr_accumulator;
@@ -65,18 +65,16 @@ void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
                            const kr_state *state);
 /* Calls the user's poll. Returns nonzero if the worker must stop. */
 int kr_worker_poll(kr_worker *worker);
-/* Calls kr_worker_poll if KR_WORKER_STATES_PER_POLL states have been stored since its last call.
- * Returns nonzero if the worker must stop. */
+/* Polls once per KR_WORKER_STATES_PER_POLL stored states. Returns nonzero to stop the worker. */
 int kr_worker_poll_after_states(kr_worker *worker);
 static inline int kr_worker_has_tangents(const kr_worker *worker)
 {
     return worker->lanes && worker->lanes->tangents;
 }
-/* Stores row[0][lane], row[1][lane], ... as the growth (KR_GROWTH_...) at the next requested time
- * of the top in `slot`, or zeros if `row` is NULL. */
+/* Stores row[0][lane], row[1][lane], ... as the growth (KR_GROWTH_LOG, ...) at the next requested
+ * time of the top in `slot`, or zeros if `row` is NULL. Without kr_tops.growth, does nothing. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
-/* Writes the outcome of the top in `slot` and the results of its reductions. Sets the elements of
- * its states, growth and reductions that were not computed to NaN. */
+/* Writes the outcome and the reductions of the top in `slot`, and NaN for results not computed. */
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
                           const kr_accumulator *accumulators, kr_status status, kr_stats stats);
 /* Returns the accumulators of a lane or, for KR_LANES_MAX, those of the scalar code. */
@@ -104,10 +102,10 @@ static inline const double *kr_worker_times_of(const kr_tops *tops, size_t i)
 void kr_lane_park(kr_lanes *l, int lane);
 /* Sets the growth of the tangent in a lane to that of an initial tangent of length 1. */
 void kr_lane_reset_growth(kr_growth *growth, int lane);
-/* Sets the goal of a lane, at which it must stop: the next requested time, or in a section the
- * latest time of the next event. Stores the initial state itself for requested times that equal the
- * initial time. Returns 1, or 0 if the top has left the lane because it is finished, or because the
- * scalar code has integrated it. */
+/* Sets the goal of a lane, at which it must stop: the next requested time or, in a section, the
+ * latest time of the next event. For requested times that equal the initial time, stores the
+ * initial state. Returns 1 if the top is still in the lane. Returns 0 if the top is finished, or if
+ * its goal was invalid and the scalar code has computed it. */
 int kr_lane_set_goal(kr_worker *worker, int lane);
 /* Computes the state of a lane at the user's time t, which must lie within its last step. */
 kr_state kr_lane_sample(kr_worker *worker, int lane, double t);
@@ -132,8 +130,8 @@ static inline kr_state kr_lane_read_sample(const kr_worker *worker, int lane, do
     return s;
 }
 
-/* Evaluates the closed forms of the tops `from` to from + n - 1, with n <= KR_BATCH, and writes the
- * results. Sets status[i] to KR_OK if top from + i has a closed form, else to an error code. */
+/* Computes the closed forms of the tops `from` to from + n - 1, with n <= KR_BATCH, and writes the
+ * results. Sets status[i] to KR_OK, or to an error if top from + i has no closed form. */
 void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status status[]);
 
 /* Sets the instruction set, Taylor order and tolerance of the lanes for the worker's config. */
@@ -143,16 +141,17 @@ void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int ord
                              double log2_tol);
 /* Empties all lanes, and prepares them for damped (`damped` nonzero) or undamped tops. */
 void kr_scheduler_reset(kr_worker *worker, int damped);
-/* Integrates the tops in the SIMD lanes until one lane is free, and loads top i into this lane. A
- * top that lanes cannot integrate goes to the scalar code instead, or gets an error status. */
+/* Integrates the tops in the SIMD lanes until one lane is free, and loads top i into this lane. If
+ * top i may be strongly damped, the scalar code integrates it instead. If it is invalid, it gets an
+ * error status. */
 void kr_scheduler_add(kr_worker *worker, size_t i);
 /* Advances the tops in all SIMD lanes until each has reached its last requested time or event. */
 void kr_scheduler_drain(kr_worker *worker);
 
-/* Stores the event function of the top in worker->fallback in a lane, whose unit of frequency is
- * `rate`, and along whose axes a vector v has the components shift_axes(v, shift). */
+/* Stores the event function of the top in worker->fallback in a lane with the unit of frequency
+ * `rate` (lane_scheduler.c), whose axes are permuted: v has the components shift_axes(v, shift). */
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
 /* Stores the states at the events in the last step of a lane. Frees the lane if the top is finished
- * or its longest wait has passed. */
+ * or the longest wait is over. */
 void kr_section_search(kr_worker *worker, int lane);
 #endif

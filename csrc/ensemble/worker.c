@@ -16,9 +16,9 @@ static kr_status find_tangent_refusal(const kr_scene *scene)
     if (kr_support_shakes(scene)) return KR_ERR_SHAKING;
     return scene->gradient != 0.0 ? KR_ERR_GRADIENT : KR_ERR_TURNING;
 }
-/* Returns the kr_top of the worker for a top outside the SIMD lanes: `exact_top` for a closed form,
- * else `fallback`. If the worker has both, a top on a support at rest gets `fallback`, because the
- * batch code has already refused it; the batch code does not handle rotating supports. */
+/* Returns the kr_top of the worker for a top outside the SIMD lanes: `exact_top` if the motion has
+ * a closed form that the batch code (exact_batch.c) does not evaluate, because the support rotates;
+ * else `fallback`. If the worker has only one of them, returns it. */
 static kr_top *choose_scalar_top(const kr_worker *worker, const kr_scene *scene)
 {
     if (!worker->fallback || !worker->exact_top || !kr_support_turns(scene))
@@ -27,8 +27,9 @@ static kr_top *choose_scalar_top(const kr_worker *worker, const kr_scene *scene)
     const int is_closed = !has_torus && kr_method_suits(&kr_method_exact, scene);
     return is_closed ? worker->exact_top : worker->fallback;
 }
-/* Returns 1 if the top of `scene` can be integrated in a SIMD lane. For a support that rotates
- * about the vertical, the states on a support at rest are computed and then rotated. */
+/* Returns 1 if the top of `scene` can be integrated in a SIMD lane. This includes an undamped top
+ * on a support that rotates about the vertical: its states are computed for a support at rest and
+ * then rotated. */
 static int suits_lanes(const kr_worker *worker, const kr_scene *scene)
 {
     kr_scene undamped = *scene;
@@ -39,8 +40,8 @@ static int suits_lanes(const kr_worker *worker, const kr_scene *scene)
     return !kr_scene_is_disturbed(&undamped) ||
            (!worker->is_section && !kr_scene_excludes_closed_form(scene, 1));
 }
-/* Dispatches top i, which has no closed form in the batch code, to a lane or to the scalar code.
- * Leaves a damped top that suits lanes to a second pass (run_tops). */
+/* Computes top i, which the batch code has not computed, in a lane or by the scalar code. Leaves a
+ * damped top that suits lanes to the second pass of run_tops. */
 static void dispatch_top(kr_worker *worker, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
@@ -53,8 +54,8 @@ static void dispatch_top(kr_worker *worker, size_t i)
     else if (!(v_largest(scene->damping) > 0.0))
         kr_scheduler_add(worker, i);
 }
-/* Dispatches the tops `from` to from + n - 1, where n <= KR_BATCH: first those with closed-form
- * solutions to the batch code, then the others. */
+/* Computes the tops `from` to from + n - 1, where n <= KR_BATCH: those with closed forms in the
+ * batch code, and then the others by dispatch_top. */
 static void dispatch_block(kr_worker *worker, size_t from, size_t n)
 {
     kr_status status[KR_BATCH];
@@ -124,7 +125,7 @@ static int are_valid_reductions(size_t n, const kr_reduction reduction[])
     return i == n;
 }
 /* Allocates a worker and its arrays, all zero, in one block of memory, or returns NULL. `in_lanes`,
- * `is_closed` and `grows` request lanes, closed forms and tangents. */
+ * `is_closed` and `grows` are nonzero if it needs lanes, closed forms and tangents. */
 static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed, int grows)
 {
     const size_t rows = KR_LANES_MAX + 1,
@@ -143,8 +144,8 @@ static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed
     worker->reduction = (kr_reduction *)(void *)(worker->accumulators + rows * reductions);
     return worker;
 }
-/* Allocates worker->fallback and worker->exact_top, the kr_top objects for tops outside the lanes.
- * Validates the configuration by initializing a default top with it. */
+/* Allocates worker->fallback and worker->exact_top, if needed. Returns an error if the allocation
+ * fails or the configuration suits no top. */
 static kr_status create_scalar_tops(kr_worker *worker)
 {
     const kr_method *method = worker->method ? worker->method : &kr_method_taylor;

@@ -1,5 +1,4 @@
-/* Shapes that the viewer draws for a top (mesh.h): the cuboid with the inertia of the body, trails,
- * and an elastic rod. The apex is the unit vector from the fixed point to the centre of mass. The
+/* The shapes of mesh.h. The apex is the unit vector from the fixed point to the centre of mass. The
  * tangent of the rod's centre line at each point is the apex at the corresponding time. */
 #include <math.h>
 #include "mesh.h"
@@ -7,8 +6,8 @@
 #include "model/quantities.h"
 #include "model/scene.h"
 
-/* Writes to `box` the homogeneous cuboid of the given mass that has the same inertia as the body,
- * and the same product of mass and centre of mass. Returns its volume, or 0 if there is none. */
+/* Writes to `box` the homogeneous cuboid of the given mass that has the inertia of the body and the
+ * same product of mass and centre of mass. Returns its volume, or 0 if there is no such cuboid. */
 static double fit_cuboid_of_mass(const kr_body *body, double mass, kr_box *box)
 {
     const kr_vec3 c = v_scale(body->mass / mass, body->com), i = body->inertia;
@@ -32,12 +31,11 @@ static double fit_cuboid_of_mass(const kr_body *body, double mass, kr_box *box)
     box->density = mass / volume;
     return volume;
 }
-/* Writes to `box` the cuboid of density 1 that has the inertia, and the product of mass and centre
- * of mass, of the body, or the largest such cuboid if none has density 1. The largest cuboid is
- * found by ternary search, because the logarithm of the volume is concave in 1 / mass. The density
- * increases with the mass. The factor 1.001 extends the search for density 1 slightly beyond the
- * largest cuboid, because the largest cuboid has density 1 for the body in the thesis (Bodack
- * 2008). */
+/* Writes to `box` the cuboid of density 1 among those of fit_cuboid_of_mass for all masses or, if
+ * none has density 1, the largest one. Ternary search finds the largest one, because the logarithm
+ * of the volume is a concave function of 1 / mass. The density increases with the mass. The search
+ * for density 1 includes slightly smaller masses than the mass of the largest cuboid (factor
+ * 1.001), because ternary search finds this mass only approximately. */
 static void fit_cuboid_of_any_mass(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
@@ -66,10 +64,9 @@ kr_box kr_mesh_box(const kr_body *body)
     return box;
 }
 
-/* Returns the angular velocity of a frame in which the top never gains energy. If the weight is
- * constant in the inertial frame, and the top is free of damping and friction, this frame is the
- * inertial frame, and the result is 0. Otherwise it is the frame of the support, in which damping
- * and friction take energy. If `weight` is 0, the weight has no torque. */
+/* Returns the angular velocity of a frame in which the top never gains energy: `turning` for the
+ * frame of the support, where damping and friction dissipate energy; or 0 for the inertial frame,
+ * if there is no damping and friction, and the weight is constant in this frame or 0. */
 static kr_vec3 find_frame_without_energy_gain(const kr_scene *scene, double weight)
 {
     const kr_vec3 turning = scene->turning;
@@ -77,10 +74,10 @@ static kr_vec3 find_frame_without_energy_gain(const kr_scene *scene, double weig
               is_level = weight == 0.0 || (turning.x == 0.0 && turning.y == 0.0);
     return is_level && !is_damped ? v3(0.0, 0.0, 0.0) : turning;
 }
-/* Returns an upper bound on the angular speed relative to the frame with the angular velocity
- * scene->turning, given an upper bound `energy` on the kinetic energy there. In the inertial frame,
- * the spin of a Lagrange top never increases; the rest of its energy is that of a rotation about a
- * transverse axis. */
+/* Returns an upper bound on the angular speed relative to a frame with the angular velocity
+ * scene->turning, in which the kinetic energy is at most `energy`. The bound is closer for a
+ * Lagrange top in the inertial frame, because its spin never increases. All energy except that of
+ * the initial spin is then assigned to a rotation about a transverse axis. */
 static double bound_angular_velocity(const kr_scene *scene, double energy)
 {
     const kr_vec3 i = scene->body.inertia, a = v_unit(scene->body.com);
@@ -127,9 +124,9 @@ static void put_point(float point[3], kr_vec3 v)
     point[1] = (float)v.y;
     point[2] = (float)v.z;
 }
-/* Writes the trail of scale * apex, where `apex` is fixed in the body; the older points are closer
- * to the fixed point. If `apex` is NULL, writes that of scale * momentum. Returns the number of
- * points. */
+/* Writes the trail of the points scale * apex, where `apex` is fixed in the body; older points are
+ * up to 2 % closer to the fixed point. If `apex` is NULL, writes the points scale * momentum
+ * instead. Returns the number of points. */
 static int write_trail(const kr_trail *trail, const kr_vec3 *apex, double scale, float point[][3])
 {
     const int64_t stride = trail->steps < KR_MESH_POINTS ? 1 : 2,
@@ -152,9 +149,9 @@ int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3]
     return write_trail(trail, NULL, scale, point);
 }
 
-/* Writes the semi-axes of the rod's cross section, in the user's body frame. They lie along the two
- * principal axes farthest from the apex. The one along one axis is proportional to the moment of
- * inertia of the body about the other axis, raised to `power`; the longer one is `radius`. */
+/* Writes the semi-axes of the rod's cross section, in the frame of description (kreisel.h). They
+ * lie along the two principal axes farthest from the apex. The semi-axis along each is proportional
+ * to the moment of inertia about the other, raised to `power`. The larger semi-axis is `radius`. */
 static void find_rod_cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
                                    kr_vec3 semi_axis[2])
 {

@@ -25,29 +25,27 @@ typedef struct kr_trail {
     double step;         /* [T] */
 } kr_trail;
 
-/* Returns a cuboid with the same inertia, mass and centre of mass as the body. If there is none,
- * returns one with the same inertia and the same product of mass and centre of mass: the one with
- * density 1 if possible, else the largest one. If there is neither, returns a cube of edge 2. */
+/* Returns a cuboid with the inertia, mass and centre of mass of the body. If there is none,
+ * replaces mass and centre of mass by others with the same product, such that the density is 1 if
+ * possible, or else the volume is largest. If that is impossible, returns a cube of edge 2. */
 kr_box kr_mesh_box(const kr_body *body);
 /* Writes upper bounds on the magnitudes of the momentum and the angular velocity, forward in time,
- * for the scale of the picture. In a frame in which the top never gains energy, the kinetic energy
- * is at most the initial one plus the largest possible loss of potential energy, including the
- * centrifugal potential on a turning support. For a given energy, the momentum is largest in a
- * rotation about the axis of the largest moment of inertia, and the angular velocity about that of
- * the smallest; the constant spin of a Lagrange top gives a closer bound. On a shaken support, both
- * numbers are only estimates, for the greatest acceleration. A bound of 0 is replaced by 1. */
+ * for the scale of the picture. The bounds follow from the largest possible kinetic energy in a
+ * frame in which the top never gains energy, and from the largest and smallest moments of inertia.
+ * For a Lagrange top, the constant spin gives a closer bound. On a shaken support, both numbers are
+ * only estimates, for the greatest acceleration. A bound of 0 is replaced by 1. */
 void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity);
 /* Writes the trail of the apex on a sphere with the given radius. Older points of the trail are up
  * to 2 % closer to the centre of the sphere. Returns the number of points, <= KR_MESH_POINTS. */
 int kr_mesh_trail(const kr_body *body, const kr_trail *trail, double radius, float point[][3]);
 /* Writes the trail of scale * momentum. Returns the number of points, <= KR_MESH_POINTS. */
 int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3]);
-/* Writes the rings of a rod: ellipses of KR_MESH_SIDES points around its centre line. The centre
- * line starts at the fixed point; a unit of time corresponds to the length `scale`. The larger
- * semi-axis of a ring is `radius`. The ratio of the semi-axes is the ratio of two moments of
- * inertia of the body, raised to `power`. With `power` 0.5, the two bending stiffnesses of the rod
- * have the ratio of these moments. The rod in the thesis (Bodack 2008) has `power` 1. With `power`
- * 0, the rings are circles. Returns the number of rings, which is at most KR_MESH_RINGS. */
+/* Writes the rings of a rod: ellipses of KR_MESH_SIDES points around its centre line, which starts
+ * at the fixed point. A unit of time corresponds to the length `scale`. The larger semi-axis of a
+ * ring is `radius`. The ratio of the semi-axes is the ratio, raised to `power`, of the moments of
+ * inertia about the two principal axes farthest from the apex. With `power` 0.5, the bending
+ * stiffnesses of the rod have the ratio of these moments; with `power` 0, the rings are circles.
+ * Returns the number of rings, which is at most KR_MESH_RINGS. */
 int kr_mesh_rod(const kr_body *body, const kr_trail *trail, double scale, double radius,
                 double power, float point[][3]);
 #endif

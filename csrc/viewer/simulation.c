@@ -1,8 +1,6 @@
-/* The simulation displayed by the viewer (simulation.h): up to KR_SIMULATION_TOPS tops with a
- * common time, counted in ticks, and a record of their measured values. A row of the record holds
- * the values at its time and their extrema since the previous row. `stride` is the number of ticks
- * between two rows, and `common` the least common multiple of the steps. A kr_simulation_slot holds
- * one top; its attitude may be compared with that of another top, its reference. */
+/* Implementation of simulation.h. Time is counted in ticks. A row of the record holds the measured
+ * values at its time, and their extrema since the previous row. In kr_simulation, `stride`
+ * is the number of ticks between two rows, and `common` the least common multiple of the steps. */
 #include <math.h>
 #include "simulation.h"
 
@@ -35,8 +33,8 @@ const kr_quantity *kr_simulation_quantity(int k)
     }
     return NULL;
 }
-/* Writes the current measured values of top i. If `all` is zero, writes NaN for those other than
- * the integrals of the motion, the attitude error and the modified energy. */
+/* Writes the current measured values of top i. If `all` is zero, writes only the integrals of the
+ * motion, the attitude error and the modified energy, and NaN for the other values. */
 static void measure_top(const kr_simulation *simulation, int i, int all, double measure[])
 {
     const kr_simulation_slot *a = &simulation->slots[i];
@@ -58,8 +56,7 @@ void kr_simulation_measure(const kr_simulation *simulation, int i,
 {
     measure_top(simulation, i, 1, measure);
 }
-/* Sets the quantities to be measured: those whose initial values are not NaN. (An integral of the
- * motion is NaN if it exists only for another kind of body.) */
+/* Sets the quantities to be measured: those that are not NaN in the initial state. */
 static void set_defined_quantities(kr_simulation_slot *a)
 {
     for (int k = 0; k < KR_SIMULATION_ERROR; k++) {
@@ -134,9 +131,8 @@ static void store_trail_state(kr_simulation_slot *a)
     a->attitudes[a->steps % KR_SIMULATION_TRACE] = a->now.q;
     a->momenta[a->steps % KR_SIMULATION_TRACE] = a->now.m;
 }
-/* Initializes the slot after the last top, without adding the top. `step` is in ticks; `against` is
- * the index of the top's reference, or KR_SIMULATION_NO_REFERENCE or KR_SIMULATION_REFERENCE.
- * Returns KR_OK or an error. */
+/* Initializes the slot after the last top, but does not add the top to the simulation. `step` and
+ * `against` are those of kr_simulation_add. Returns KR_OK or an error. */
 static kr_status prepare_top_in_slot(kr_simulation *simulation, const kr_scene *scene, int64_t step,
                                      int against)
 {
@@ -249,8 +245,8 @@ static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
     }
     return 1;
 }
-/* Sets `next` to the top whose next step ends first. Returns the end of this step in ticks, or
- * INT64_MAX if no top can continue, apart from references. */
+/* Sets *next to the top whose next step ends first, and returns the time of this end in ticks. If
+ * no top can continue, except for tops that only serve as references, returns INT64_MAX. */
 static int64_t find_next_step(kr_simulation *simulation, kr_simulation_slot **next)
 {
     int64_t first = INT64_MAX;

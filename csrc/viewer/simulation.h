@@ -2,14 +2,14 @@
  * counted in integer ticks, so that multiples of different steps can be exactly equal. The states
  * of each top are computed at multiples of its own step size. A top may have a reference: another
  * top with which its attitude is compared, at common multiples of their steps only. Results do not
- * depend on how the simulated time is divided among calls. The size of a simulation is fixed. */
+ * depend on how the simulated time is divided among calls. kr_simulation has a fixed size. */
 #ifndef KR_SIMULATION_H
 #define KR_SIMULATION_H
 #include "kreisel.h"
 
-/* Indices of the measured values of a top: first the scalar quantities that do not change in a
- * rotation about the vertical, in the order of quantities.def; then the attitude error relative to
- * the reference, in radians, and the modified energy that the method bobenko_suris conserves. */
+/* Indices of the measured values of a top: first the KR_SIMULATION_ERROR scalar quantities that do
+ * not change in a rotation about the vertical, in the order of quantities.def; then the attitude
+ * error against the reference [rad], and the modified energy (kr_state_modified_energy). */
 enum {
 #define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_QUANTITY_TURNS))
     KR_SIMULATION_ERROR =
@@ -25,19 +25,19 @@ enum {
     KR_SIMULATION_TRACE = 4096,
     /* Maximum number of rows in the record. When it is full, rows are merged in pairs. */
     KR_SIMULATION_ROWS = 1024,
-    /* Number of times at which integrals and errors are measured between two rows of the record, or
-     * less if the tops have fewer times in common. */
+    /* Largest number of times per row of the record at which the integrals of the motion, the
+     * attitude errors and the modified energies are measured. */
     KR_SIMULATION_SAMPLES = 64,
     /* The same number for the other quantities, which take longer to measure. */
     KR_SIMULATION_FULL_SAMPLES = 32,
     KR_SIMULATION_TICKS = 1000000, /* ticks in a unit of time */
-    /* Values of `reference` for a top without a reference, and for a top that is a reference. A
-     * reference is advanced only while a top that is not a reference can continue. */
+    /* Special values of kr_simulation_slot.reference: the top has no reference; the top only serves
+     * as a reference. When only such tops can continue, the simulation stops. */
     KR_SIMULATION_NO_REFERENCE = -1,
     KR_SIMULATION_REFERENCE = -2,
-    /* The step budget: in a call of kr_simulation_advance for n steps of the simulation, the
-     * methods make at most KR_SIMULATION_BUDGET + KR_SIMULATION_BUDGET_PER_STEP * n steps, plus up
-     * to 256 steps between two checks. Such a call returns within milliseconds if n is small. */
+    /* The step budget: a call of kr_simulation_advance for n steps of the tops makes at most
+     * KR_SIMULATION_BUDGET + KR_SIMULATION_BUDGET_PER_STEP * n steps of the methods, or up to 256
+     * more, because these are counted in blocks. It takes milliseconds if n is small. */
     KR_SIMULATION_BUDGET = 32,
     KR_SIMULATION_BUDGET_PER_STEP = 4
 };
@@ -91,25 +91,25 @@ const kr_quantity *kr_simulation_quantity(int k);
 /* Removes all tops. A zero-initialized simulation has none. A simulation must not be moved in
  * memory while it contains tops, because its tops point to it. */
 void kr_simulation_clear(kr_simulation *simulation);
-/* Adds a top in its initial state at time 0, and clears the record. `step` is in ticks; `against`
- * is the index of the top's reference, KR_SIMULATION_NO_REFERENCE or KR_SIMULATION_REFERENCE. An
- * adaptive method without dense output is restarted after each step (Bodack 2008), so its states
- * depend on `step`. Once the simulation has advanced, no top can be added. */
+/* Adds a top in its initial state at time 0, and clears the record. `step` is the step size in
+ * ticks; `against` is the index of the top's reference, KR_SIMULATION_NO_REFERENCE or
+ * KR_SIMULATION_REFERENCE. An adaptive method without dense output is restarted after each step, so
+ * its states depend on `step`. Returns KR_ERR_ARGUMENT after the simulation has advanced. */
 kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
                             const kr_method *method, int64_t step, double tol, int against);
-/* Adds a top whose motion is given by the array `track`: the initial state and the state after each
- * step, `length` states in all. The array must outlive the simulation. */
+/* Adds a top whose motion is given: track[k] is the state after k steps, for k < length. The array
+ * must outlive the simulation. The other arguments are those of kr_simulation_add. */
 kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *scene,
                                   const kr_state track[], int64_t length, int64_t step,
                                   int against);
-/* Sets a floor for the most recently added top. Its motion ends when the height of its apex falls
- * below `lowest`, the cosine of the nutation angle at which the rim of the top touches the floor.
- * The top then remains in the last state above the floor. The time of contact is interpolated
- * linearly within the next step, and stored in `stood`. Without this call, there is no floor. */
+/* Sets a floor for the last added top. Its motion ends when the cosine of its nutation angle falls
+ * below `lowest`, where the rim of the top touches the floor. The top then remains in the last
+ * state above the floor. The time of contact is interpolated linearly within the next step, and
+ * stored in kr_simulation_slot.stood. Without this call, there is no floor. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
 /* Advances each top by whole steps, as far as possible without passing the time `target`, in ticks.
- * Makes at most `most` steps in total for all tops. Returns the time reached, in ticks. Sets
- * `is_late` if the step budget is exhausted within a step; the next call continues this step. */
+ * Makes at most `most` steps in total for all tops. Returns the time reached, in ticks. If the step
+ * budget is exhausted within a step, sets `is_late`, and the next call continues this step. */
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most);
 /* Writes the current measured values of top i. All are NaN if its status is not KR_OK. The attitude
  * error is NaN without a reference, or if the reference has reached a different time. */

@@ -6,8 +6,7 @@
 #include "viewer/mesh.h"
 #include "viewer/simulation.h"
 
-/* EXPORT declares a function for the viewer, and begins its definition. No header declares these
- * functions, because no C code calls them. */
+/* EXPORT declares a function that only the viewer calls, and begins its definition. */
 #define EXPORT(type, name, parameters)                                                             \
     KR_API type name parameters;                                                                   \
     KR_API type name parameters
@@ -81,9 +80,9 @@ EXPORT(const char *, kr_page_kind, (const kr_body *body))
     return kr_kind_name(kr_body_kind(body, KR_KIND_RTOL));
 }
 
-/* Returns six numbers for a symmetric top: smallest and largest nutation angle, critical spin, mean
- * rate of precession, period of the nutation, and spin. The mean rate is NaN if it is unknown, and
- * the period if it is infinite or unknown. Returns NULL if kr_exact_nutation returns an error. */
+/* Returns six numbers for a symmetric top: smallest and largest nutation angle [rad], critical spin
+ * (kr_nutation), mean rate of precession, period of the nutation, and spin. The mean rate is NaN if
+ * unknown, the period if unknown or infinite. Returns NULL if kr_exact_nutation fails. */
 EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 {
     kr_nutation nutation;
@@ -165,8 +164,8 @@ EXPORT(const double *, kr_page_measure, (int i))
 EXPORT(int, kr_page_rows, (void)) { return (int)simulation.rows; }
 EXPORT(int, kr_page_row_doubles, (void)) { return sizeof(kr_record_row) / sizeof(double); }
 EXPORT(const double *, kr_page_times, (void)) { return &simulation.record[0].time; }
-/* Returns the address of the value with index `measure` of top i in the first row of the record.
- * `side` selects the value (0), or its minimum (-1) or maximum (1) since the previous row. */
+/* Returns the address of the value with index `measure` of top i in the first row of the record. If
+ * `side` is -1 or 1, returns that of its minimum or maximum since the previous row instead. */
 EXPORT(const double *, kr_page_record, (int i, int measure, int side))
 {
     const kr_record_row *row = &simulation.record[0];
