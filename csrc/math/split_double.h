@@ -33,8 +33,8 @@ static inline split_vec split_sum(double x[][3], int n)
     while (sum.count > 1 && v_largest(v_of(sum.part[sum.count - 1])) == 0.0) sum.count--;
     return sum;
 }
-/* Multiplies one component of v by a * b. The exact product is the sum of 4 * v->count doubles,
- * which are written to terms[0][to_component], terms[1][to_component], ... */
+/* Multiplies component `from_component` of v by a * b. Writes 4 * v->count doubles, whose sum is
+ * the exact product, to terms[0][to_component], terms[1][to_component], ... */
 static inline void split_product(double a, double b, const split_vec *v, int from_component,
                                  double terms[][3], int to_component)
 {
