@@ -27,10 +27,10 @@
 #endif
 
 /* INLINE forces the compiler to inline a function, because a call in a loop of SIMD code would save
- * all vector registers to memory. APART prevents inlining of rarely called functions. To make the
- * code smaller, the compiler decides what to inline if KR_SMALL or KR_SMALL_FILE is defined.
- * KR_SMALL_FILE is defined for long functions (KR_LONG_FUNCTIONS) without fused multiply-add, in
- * builds with several instruction sets or with KR_ONE_ISA (cmake/amalgamate.py). */
+ * all vector registers to memory. APART prevents inlining of rarely called functions. The compiler
+ * decides what to inline if KR_SMALL or KR_SMALL_FILE is defined; the code is then smaller.
+ * KR_SMALL_FILE is defined in source files that define KR_LONG_FUNCTIONS, if the code lacks fused
+ * multiply-add and the build has other instruction sets or KR_ONE_ISA (cmake/amalgamate.py). */
 #if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
 #  if defined KR_WITH_AVX2 || defined KR_WITH_AVX512 || defined KR_ONE_ISA
 #    define KR_SMALL_FILE
@@ -45,7 +45,7 @@
 #endif
 
 /* KR_BATCHED(function) is `function`, which computes several tops or times at once. It is NULL if
- * KR_NO_BATCHES is defined. Callers then compute one by one, with bitwise equal results. */
+ * KR_NO_BATCHES is defined. Callers then compute each top and time alone, with the same result. */
 #ifdef KR_NO_BATCHES
 #  define KR_BATCHED(function) NULL
 #else
@@ -54,7 +54,7 @@
 
 /* KR_PLAIN selects standard C99 without SIMD vector types. It is defined here for compilers without
  * __builtin_shufflevector, which SIMD code requires. KR_BASE_NAME is the name of the baseline that
- * is shown to users: "neon" on aarch64, because every aarch64 processor has NEON. */
+ * is shown to users. It is "neon" on aarch64, because every aarch64 processor has NEON. */
 #if !defined KR_PLAIN && (!defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12))
 #  define KR_PLAIN
 #endif

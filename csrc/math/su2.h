@@ -36,7 +36,7 @@ static inline kr_vec3 v_axpy(double s, kr_vec3 a, kr_vec3 b)
 static inline double v_dot(kr_vec3 a, kr_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline double v_length(kr_vec3 a) { return sqrt(v_dot(a, a)); }
 static inline double v_largest(kr_vec3 a) { return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z))); }
-/* Returns a / |a|; a must not be zero. If all components are below 2^-1000, the vector is scaled up
+/* Returns a / |a|; a must not be zero. If all components are below 2^-1000 in magnitude, scales a up
  * first, because the reciprocal of its norm could overflow. */
 static inline kr_vec3 v_unit(kr_vec3 a)
 {
@@ -128,8 +128,8 @@ static inline kr_quat q_mul_z(kr_quat q, double c, double s)
     return q4(c * q.w - s * q.z, v3(c * q.x + s * q.y, c * q.y - s * q.x, c * q.z + s * q.w));
 }
 
-/* Returns the rotation by the smallest angle that maps e3 to the unit vector a. If a.z < -1/2,
- * returns a half turn about e1, then the rotation by the smallest angle that maps -e3 to a. */
+/* Returns a rotation that maps e3 to the unit vector a. If a.z >= -1/2, its angle is the smallest
+ * possible. Otherwise, it is a half turn about e1, then the smallest rotation from -e3 to a. */
 static inline kr_quat q_tilt(kr_vec3 a)
 {
     if (a.z < -0.5) return q_mul(q_tilt(v3(-a.x, -a.y, -a.z)), q4(0.0, v3(1.0, 0.0, 0.0)));

@@ -8,7 +8,7 @@
 #include "body.h"
 
 /* Returns 1 if the principal moments i are positive, and none exceeds the sum of the other two by
- * more than the larger of `rounded` and KR_INPUT_RTOL (kreisel.h) times this sum. */
+ * more than a relative tolerance: the larger of `rounded` and KR_INPUT_RTOL (both: kreisel.h). */
 static int are_moments_physical(kr_vec3 i, double rounded)
 {
     const double one = 1.0 + fmax(rounded, KR_INPUT_RTOL);
@@ -24,9 +24,9 @@ kr_status kr_body_check(const kr_body *b)
     if (!(b->rounded >= 0.0 && b->rounded < 1.0)) return KR_ERR_ARGUMENT;
     return are_moments_physical(b->inertia, b->rounded) ? KR_OK : KR_ERR_BODY;
 }
-/* Returns 1 if some distribution of mass has the inertia J and the vector com, within `slack`. Its
- * second moments are S = (tr J / 2) 1 - J about the fixed point, and S - mass com com^t about the
- * centre of mass. The last matrix is positive semidefinite if mass <com, S^-1 com> <= 1. */
+/* Returns 1 if some distribution of mass has the inertia J and the vector com, up to a tolerance.
+ * Its second moments are S = (tr J / 2) 1 - J about the fixed point, S - mass com com^t about the
+ * centre of mass. The latter must be positive semidefinite: mass <com, S^-1 com> <= 1 if S > 0. */
 int kr_body_is_physical(const kr_body *b)
 {
     const kr_vec3 i = b->inertia, c = b->com;

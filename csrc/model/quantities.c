@@ -105,7 +105,7 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
 }
 
 /* Writes (precession_angle + spin_angle) / 2 and (precession_angle - spin_angle) / 2. If the apex
- * is vertical, the state determines only one of these angles, and the other is set to 0. Adding 0.0
+ * is vertical, the state determines only one of the two, and the other is set to 0. Adding 0.0
  * turns negative zeros into positive zeros, because atan2(0, -0) would be pi. */
 static void find_euler_half_sums(const kr_scene *scene, const kr_state *s, double *half_sum,
                                  double *half_difference)
@@ -237,7 +237,7 @@ double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 g
                  size = v_largest(eased) * (v_largest(M) + v_largest(h)) + v_largest(O);
     /* The torque `needed` keeps a zero spin at zero if |needed| <= most. Otherwise, the torque is
      * -most or most, and opposes the spin that the top has or is about to gain. A spin below
-     * SPIN_OF_HELD * size counts as zero, because its terms, of magnitude `size`, may cancel. */
+     * SPIN_OF_HELD * size counts as zero: it is a sum of terms up to `size`, which may cancel. */
     const int is_zero = fabs(spin) <= SPIN_OF_HELD * size;
     *holds = is_zero && fabs(needed) <= most;
     if (is_zero) return fmax(-most, fmin(needed, most));

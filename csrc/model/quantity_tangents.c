@@ -14,14 +14,14 @@
 #include "math/trig.h"
 #include "scene.h"
 
-/* A state and the parameters of a top. Vectors are along the principal axes if nothing is said. */
+/* A state and the parameters of a top. Vectors are along the principal axes unless noted. */
 typedef struct quantity_point {
     const kr_scene *scene;
     const kr_state *state;
     kr_vec3 described[3]; /* the principal axes in the frame of description (kreisel.h) */
     kr_vec3 frame[3];     /* the principal axes in space */
     kr_vec3 M, W, V, O, U;
-    kr_vec3 apex;         /* unit vector to the centre of mass, or T */
+    kr_vec3 apex;         /* kr_body_apex (body.h) */
     double reach, weight; /* reach: |com| */
 } quantity_point;
 /* An infinitesimal change of the state and of at most one parameter. The members M to apex, and
@@ -154,8 +154,8 @@ static double tangent_of_potential(const quantity_point *at, const quantity_chan
             v_dot(by->rotor, at->O) + v_dot(h, by->O));
 }
 
-/* The scaled momentum m and vertical p, with components as in find_integral_vectors (quantities.c),
- * and their infinitesimal changes dm and dp. */
+/* The vectors m = momentum / I1 and p = (weight |com| / I1) vertical, along the axes of
+ * find_integral_vectors (quantities.c), and their infinitesimal changes dm and dp. */
 typedef struct integral_vectors {
     kr_vec3 m, p, dm, dp;
 } integral_vectors;
@@ -165,9 +165,8 @@ static kr_vec3 change_in_rotating_axes(double angle, kr_vec3 v, kr_vec3 dv)
 {
     return v3(dv.x + angle * v.y, dv.y - angle * v.x, dv.z);
 }
-/* Writes the vectors that determine the integral of a Kowalewski or Goryachev-Chaplygin top, and
- * their infinitesimal changes, to `f`. Returns 0 if the top is not of the integrable case `kind`,
- * or if the change `by` of a parameter makes it another kind of top. */
+/* Writes the vectors m and p of a top of the integrable case `kind`, and their changes, to `f`.
+ * Returns 0 if the top is of another kind, or if the parameter change in `by` makes it so. */
 static int find_integral_arguments(const quantity_point *at, const quantity_change *by,
                                    kr_kind kind, integral_vectors *f)
 {
@@ -210,8 +209,8 @@ static double tangent_of_goryachev_chaplygin(const quantity_point *at, const qua
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }
 /* Adds J^-1 (torque * a), the effect of dry friction about the apex a, to `acceleration`. Returns
- * the derivative of the sum. `dacceleration` is the derivative of the acceleration w without
- * friction. If friction keeps the spin at zero, torque = -<w, a> / <a, J^-1 a>. */
+ * the derivative of the sum. `dacceleration` is the derivative of alpha, the acceleration without
+ * friction. If friction keeps the spin at zero, torque = -<alpha, a> / <a, J^-1 a>. */
 static kr_vec3 add_friction_to_acceleration(const quantity_point *at, const quantity_change *by,
                                             kr_vec3 *acceleration, kr_vec3 dacceleration)
 {

@@ -100,8 +100,8 @@ static double largest_support_rate(const kr_scene *scene)
     return fmax(v_largest(scene->turning), shaking);
 }
 /* Returns the unit and the pendulum frequency of kr_scene_swing (scene.h). On a shaken support, the
- * frequency is for the larger of gravity and the largest acceleration of the support. In a gravity
- * gradient k, it is at least sqrt(|k|), a bound on the frequency of librations. */
+ * larger of gravity and the largest acceleration of the support determines the frequency. In a
+ * gravity gradient k, it is at least sqrt(|k|), a bound on the frequency of librations. */
 static kr_swing find_fastest_swing(const kr_scene *scene, const kr_working *working)
 {
     const kr_shaking *shaking = &scene->shaking;

@@ -47,11 +47,11 @@ static inline int kr_support_turns_about_vertical(const kr_scene *scene)
 {
     return scene->turning.z != 0.0 && scene->turning.x == 0.0 && scene->turning.y == 0.0;
 }
-/* Converts a state from the inertial frame to the frame of a support that rotates about e3. Both
+/* Converts `state` from the inertial frame to the frame of a support that rotates about e3. Both
  * frames coincide at the initial time of the scene. */
 void kr_scene_turn_state(const kr_scene *scene, kr_state *state);
 /* Returns 1 if damping, friction, a gravity gradient or a moving support rules out a closed form of
- * the motion. If allow_turning is nonzero, the support may rotate about the vertical. */
+ * the motion. If allow_turning is nonzero, a support that rotates about the vertical does not. */
 static inline int kr_scene_excludes_closed_form(const kr_scene *scene, int allow_turning)
 {
     kr_scene at_rest = *scene;
