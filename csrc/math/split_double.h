@@ -1,7 +1,7 @@
 /* Sums of products, computed with negligible cancellation errors. The products are computed exactly
- * (two_product, dd.h). The sums are as accurate as if computed with four times the precision of a
- * double (SumK of Ogita, Rump and Oishi, SISC 26, 2005). The sums for the three components of a
- * vector are interleaved, because independent operations can be executed in parallel. */
+ * (two_product, dd.h). Each sum is represented by up to four doubles, and is as accurate as if
+ * computed with four times the precision of a double (SumK of Ogita, Rump and Oishi, SISC 26, 2005).
+ * Sums for the three components of a vector are interleaved, so that they can run in parallel. */
 #ifndef KR_SPLIT_DOUBLE_H
 #define KR_SPLIT_DOUBLE_H
 #include "su2_dd.h"

@@ -36,8 +36,8 @@ static inline kr_vec3 v_axpy(double s, kr_vec3 a, kr_vec3 b)
 static inline double v_dot(kr_vec3 a, kr_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline double v_length(kr_vec3 a) { return sqrt(v_dot(a, a)); }
 static inline double v_largest(kr_vec3 a) { return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z))); }
-/* Returns a / |a|; a must not be zero. If all components are below 2^-1000 in magnitude, scales a up
- * first, because the reciprocal of its norm could overflow. */
+/* Returns a / |a|; a must not be zero. If all components are below 2^-1000 in magnitude, a is first
+ * scaled up, because the reciprocal of its norm could overflow. */
 static inline kr_vec3 v_unit(kr_vec3 a)
 {
     const double size = v_largest(a), up = size < 0x1p-1000 ? 0x1p200 : 1.0;
