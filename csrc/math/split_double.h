@@ -1,6 +1,6 @@
 /* Sums of products, computed with negligible cancellation errors. The products are computed exactly
  * (two_product, dd.h). Each sum is represented by up to four doubles, and is as accurate as if
- * computed with four times the precision of a double (SumK of Ogita, Rump and Oishi, SISC 26, 2005).
+ * computed with four times the precision of a double (SumK, Ogita, Rump and Oishi, SISC 26, 2005).
  * Sums for the three components of a vector are interleaved, so that they can run in parallel. */
 #ifndef KR_SPLIT_DOUBLE_H
 #define KR_SPLIT_DOUBLE_H
