@@ -6,15 +6,16 @@
  *
  * Equations:  dm/dt = torque,   dq/dt = w q / 2,   w = q J^-1 (q* m q) q*
  * with the principal moments J and a unit quaternion q = (w, x, y, z) that rotates vectors from the
- * principal axes into space. A step adds half of the impulse, the torque times h, to m, turns the
- * body, and adds the other half. With M = q* m q and moments N, B, T, B being the middle one, the
- * energy
+ * principal axes into space. The impulse is the torque times the step h. A step adds half of the
+ * impulse to m, turns the body, and adds the other half. With M = q* m q and the moments N, B, T,
+ * where B is the middle one, the energy
  *     |m|^2/2B + (1/N - 1/B) M_N^2/2 + (1/T - 1/B) M_T^2/2
- * is split into terms whose flows are rotations about m, N and T (McLachlan 1993, Reich 1994). The
- * step is exact for symmetric bodies, explicit, reversible and symplectic. Without an impulse, m
- * keeps its bits, and the error of the energy is bounded. Order 4 composes the rotations with
- * Suzuki's coefficients (1990); its order in the torque is 2. Steps that turn the body by less than
- * 0.75 rad use only + - * /, with the same bits on machines that do not fuse sums and products.
+ * is split into terms. Their flows are rotations about m and about the principal axes with the
+ * moments N and T (McLachlan 1993, Reich 1994). The step is exact for symmetric bodies, explicit,
+ * reversible and symplectic. Without an impulse, m keeps its bits, and the error of the energy is
+ * bounded. Order 4 composes the rotations with Suzuki's coefficients (1990); its order in the
+ * torque is 2. Steps that turn the body by less than 0.75 rad use only + - * /, with the same bits
+ * on machines that do not fuse sums and products.
  *
  * Each function exists for doubles and, with the suffix f, for floats. Moments must be positive, in
  * any order. |q| may differ from 1 by 0.1, and is corrected. impulse is in space, and may be NULL.
@@ -69,8 +70,8 @@ static inline void KR_F(kr_step_add_product)(const KR_REAL p[4], const KR_REAL q
     out[2] += p[0] * q[2] + p[2] * q[0] + p[3] * q[1] - p[1] * q[3];
     out[3] += p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1];
 }
-/* Rotates the body about its axis i by the angle 2 rate M[i]. Updates the momentum M in the body,
- * and r, where the quaternion 1 + r is the product of all rotations so far. */
+/* Rotates the body about its axis i by the angle 2 rate M[i]. Updates M, the momentum along the
+ * body axes. Multiplies the quaternion 1 + r of all rotations so far by this one from the right. */
 static inline void KR_F(kr_step_turn)(int i, KR_REAL rate, KR_REAL M[3], KR_REAL r[4])
 {
     const int j = (i + 1) % 3, k = (i + 2) % 3;

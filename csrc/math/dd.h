@@ -3,7 +3,7 @@
  * multiples of 2^-104 (Joldes, Muller, Popescu, ACM TOMS 44, 2017). All functions assume that no
  * intermediate result overflows or underflows. They require strict floating-point evaluation:
  * compile with -ffp-contract=off, and never with -ffast-math. If KR_DD_LANES is defined, hi and lo
- * are SIMD vectors (simd.h), and the result in each lane is bitwise equal to that of scalars. */
+ * are SIMD vectors (simd.h), and each lane is bitwise equal to the result for scalars. */
 #ifndef KR_DD_H
 #define KR_DD_H
 #include <math.h>
@@ -125,8 +125,7 @@ static inline dd dd_div(dd a, dd b)
     const dd_word rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest / b.hi);
 }
-/* Returns a / b with one division of doubles instead of two, which is faster than dd_div. Requires
- * that the double 1 / b.hi is normal. */
+/* Returns a / b, faster than dd_div. Requires that the double 1 / b.hi is normal. */
 static inline dd dd_div_fast(dd a, dd b)
 {
     const dd_word inverse = 1.0 / b.hi, q = a.hi * inverse;
@@ -134,8 +133,7 @@ static inline dd dd_div_fast(dd a, dd b)
     const dd_word rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest * inverse);
 }
-/* Returns the square root of a, or 0 if a < 0, because a negative argument is assumed to result
- * from a rounding error. */
+/* Returns the square root of a, or 0 if a is negative (by rounding errors), zero or NaN. */
 static inline dd dd_sqrt(dd a)
 {
     const dd_word x = word_sqrt(a.hi);

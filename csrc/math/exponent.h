@@ -1,6 +1,6 @@
 /* Binary fractions and exponents of doubles, extracted from their bits. The functions fraction_of
  * and times_power_of_2 return the same results as frexp and ldexp of libm in a fifth of the time.
- * They call libm if x is zero, subnormal, infinite or NaN, or if 2^power is no normal double. */
+ * They call libm only if x or the power of two is zero, subnormal, infinite or NaN. */
 #ifndef KR_EXPONENT_H
 #define KR_EXPONENT_H
 #include <math.h>
@@ -28,7 +28,6 @@ static inline double fraction_of(double x, int *exponent)
     memcpy(&x, &bits, sizeof x);
     return x;
 }
-/* Returns x * 2^power, like ldexp. */
 static inline double times_power_of_2(double x, int power)
 {
     return power < -1022 || power > 1023 ? ldexp(x, power) : x * power_of_2(power);

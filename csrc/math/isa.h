@@ -28,9 +28,9 @@
 
 /* INLINE forces the compiler to inline a function, because a call in a loop of SIMD code would save
  * all vector registers to memory. APART prevents inlining of rarely called functions. The compiler
- * decides what to inline if KR_SMALL is defined, which makes the code smaller. It also decides in
- * source files that define KR_LONG_FUNCTIONS, if they are compiled for a baseline without fused
- * multiply-add and the build includes other instruction sets or defines KR_ONE_ISA. */
+ * decides what to inline if KR_SMALL or KR_SMALL_FILE is defined; the code is then smaller.
+ * KR_SMALL_FILE is defined in source files that define KR_LONG_FUNCTIONS, if the code lacks fused
+ * multiply-add and the build has other instruction sets or KR_ONE_ISA (cmake/amalgamate.py). */
 #if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
 #  if defined KR_WITH_AVX2 || defined KR_WITH_AVX512 || defined KR_ONE_ISA
 #    define KR_SMALL_FILE
@@ -44,17 +44,17 @@
 #  define APART static
 #endif
 
-/* KR_BATCHED(function) is `function`, which computes several tops or times at once, or NULL if
- * KR_NO_BATCHES is defined: callers then compute tops and times one by one, with the same bits. */
+/* KR_BATCHED(function) is `function`, which computes several tops or times at once. It is NULL if
+ * KR_NO_BATCHES is defined. Callers then compute each top and time alone, with the same result. */
 #ifdef KR_NO_BATCHES
 #  define KR_BATCHED(function) NULL
 #else
 #  define KR_BATCHED(function) function
 #endif
 
-/* SIMD code requires a compiler with __builtin_shufflevector. If KR_PLAIN is defined, the code is
- * standard C99 without SIMD vector types. KR_BASE_NAME is the name of the baseline that is shown to
- * users: "neon" on aarch64, because every aarch64 processor has NEON. */
+/* KR_PLAIN selects standard C99 without SIMD vector types. It is defined here for compilers without
+ * __builtin_shufflevector, which SIMD code requires. KR_BASE_NAME is the name of the baseline that
+ * is shown to users. It is "neon" on aarch64, because every aarch64 processor has NEON. */
 #if !defined KR_PLAIN && (!defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12))
 #  define KR_PLAIN
 #endif
@@ -79,8 +79,8 @@
 #  define KR_SCALAR_NAME(thing) thing##_base
 #endif
 
-/* The functions kr_has_... return 1 if the processor supports the instruction set. Its features are
- * tested one by one, because some compilers do not know processor levels such as x86-64-v4. */
+/* The functions kr_has_... return 1 if the processor supports the instruction set. They test single
+ * features, because some compilers do not know processor levels such as x86-64-v4. */
 static inline int kr_has_base(void) { return 1; }
 #if defined KR_WITH_AVX2 || defined KR_WITH_AVX512
 static inline int kr_has_avx2(void)

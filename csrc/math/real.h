@@ -1,10 +1,10 @@
 /* Arithmetic of a template: a header that is compiled first for doubles and then, with KR_DEEP
- * defined, for double-doubles (dd.h). A source file includes real.h before each inclusion of the
- * template. `real` is the type of numbers, and `real_vec` is the type of vectors. REAL forms the
- * names of types and functions of the template. VEC forms the names of vector functions (su2.h,
- * su2_dd.h). r_of(hi, lo) is the `real` hi + lo. r_dd converts a dd to `real`, and r_vdd a vec_dd
- * to `real_vec`. r_get and r_put load and store a real_vec. Its high words are `member` of a first
- * struct, and its low words `member` of the next; without KR_DEEP, low words are ignored. */
+ * defined, for double-doubles (dd.h). Source files include real.h before each inclusion of the
+ * template. `real` is the type of numbers, and `real_vec` of vectors. REAL forms the names of types
+ * and functions of the template, and VEC the names of vector functions (su2.h, su2_dd.h). r_of is
+ * hi + lo, or hi without KR_DEEP. r_dd converts a dd to a `real`, and r_vdd a vec_dd to a
+ * `real_vec`. r_get(from, member) and r_put(to, member, a) load and store a real_vec in an array of
+ * structs: high words in [0].member and, with KR_DEEP, low words in [1].member. */
 #undef real
 #undef real_vec
 #undef REAL

@@ -1,7 +1,7 @@
 /* Sums of products, computed with negligible cancellation errors. The products are computed exactly
- * (two_product, dd.h). The sums are as accurate as if computed with four times the precision of a
- * double (SumK of Ogita, Rump and Oishi, SISC 26, 2005). The sums for the three components of a
- * vector are interleaved, because independent operations can be executed in parallel. */
+ * (two_product, dd.h). Each sum is represented by up to four doubles, and is as accurate as if
+ * computed with four times the precision of a double (SumK, Ogita, Rump and Oishi, SISC 26, 2005).
+ * Sums for the three components of a vector are interleaved, so that they can run in parallel. */
 #ifndef KR_SPLIT_DOUBLE_H
 #define KR_SPLIT_DOUBLE_H
 #include "su2_dd.h"
@@ -33,8 +33,8 @@ static inline split_vec split_sum(double x[][3], int n)
     while (sum.count > 1 && v_largest(v_of(sum.part[sum.count - 1])) == 0.0) sum.count--;
     return sum;
 }
-/* Multiplies one component of v by a * b. The exact product is the sum of 4 * v->count doubles,
- * which are written to terms[0][to_component], terms[1][to_component], ... */
+/* Multiplies component `from_component` of v by a * b. Writes 4 * v->count doubles, whose sum is
+ * the exact product, to terms[0][to_component], terms[1][to_component], ... */
 static inline void split_product(double a, double b, const split_vec *v, int from_component,
                                  double terms[][3], int to_component)
 {

@@ -36,8 +36,8 @@ static inline kr_vec3 v_axpy(double s, kr_vec3 a, kr_vec3 b)
 static inline double v_dot(kr_vec3 a, kr_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline double v_length(kr_vec3 a) { return sqrt(v_dot(a, a)); }
 static inline double v_largest(kr_vec3 a) { return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z))); }
-/* Returns a / |a|; a must not be zero. A vector with components below 2^-1000 is scaled up first,
- * because the reciprocal of its norm could overflow. */
+/* Returns a / |a|; a must not be zero. If all components are below 2^-1000 in magnitude, a is first
+ * scaled up, because the reciprocal of its norm could overflow. */
 static inline kr_vec3 v_unit(kr_vec3 a)
 {
     const double size = v_largest(a), up = size < 0x1p-1000 ? 0x1p200 : 1.0;
@@ -78,9 +78,9 @@ static inline kr_quat q_near(kr_quat q, kr_quat last)
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
 }
 static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
-/* Returns q / |q|, if |q| differs from 1 only by rounding errors, so that one step of Newton's
- * method suffices: q + e q with e = (1 - |q|^2) / 2. The rounding errors of the product (1 + e) q
- * would not average out, and would cause an energy drift of 1e-12 over 1e6 steps. */
+/* Returns q / |q|, if |q| differs from 1 only by rounding errors. One step of Newton's method gives
+ * q + e q with e = (1 - |q|^2) / 2. This sum is not computed as the product (1 + e) q, because
+ * rounding errors would then not average out: the energy would drift by 1e-12 in 1e6 steps. */
 static inline kr_quat q_renormalize(kr_quat q)
 {
     const double e = 0.5 - 0.5 * q_dot(q, q);
@@ -128,15 +128,16 @@ static inline kr_quat q_mul_z(kr_quat q, double c, double s)
     return q4(c * q.w - s * q.z, v3(c * q.x + s * q.y, c * q.y - s * q.x, c * q.z + s * q.w));
 }
 
-/* Returns a rotation that maps e3 to the unit vector a: the smallest one if a.z >= -1/2, else a
- * half turn about e1, which maps e3 to -e3, followed by the smallest one that maps -e3 to a. */
+/* Returns a rotation that maps e3 to the unit vector a. If a.z >= -1/2, its angle is the smallest
+ * possible. Otherwise, it is a half turn about e1, then the smallest rotation from -e3 to a. */
 static inline kr_quat q_tilt(kr_vec3 a)
 {
     if (a.z < -0.5) return q_mul(q_tilt(v3(-a.x, -a.y, -a.z)), q4(0.0, v3(1.0, 0.0, 0.0)));
     return q_unit(q4(1.0 + a.z, v3(-a.y, a.x, 0.0)));
 }
-/* Returns the unit quaternion that rotates e1, e2, e3 to the orthonormal vectors n, b, t. The
- * component with the largest magnitude comes first, to avoid cancellation (Shepperd 1978). */
+/* Returns a unit quaternion q that rotates e1, e2, e3 to the right-handed orthonormal n, b, t.
+ * Normalizes 4 c q, where c is the component of q with the largest magnitude, because the other
+ * components could cause cancellation (Shepperd 1978). */
 static inline kr_quat q_of_frame(kr_vec3 n, kr_vec3 b, kr_vec3 t)
 {
     const double w = 1.0 + n.x + b.y + t.z, x = 1.0 + n.x - b.y - t.z, y = 1.0 - n.x + b.y - t.z,

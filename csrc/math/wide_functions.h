@@ -3,9 +3,9 @@
 #define KR_WIDE_FUNCTIONS_H
 #include "simd.h"
 
-/* Writes the sine and cosine of x. The nearest multiple of pi/2 is subtracted from x, and the sine
- * and cosine of the difference y are computed by the polynomials of trig.h. The low bits of u are
- * the number of quarter turns in this multiple. Requires |x| < 2^51. */
+/* Writes the sine and cosine of x. The nearest multiple n pi/2 is subtracted from x. The sine and
+ * cosine of the difference y are computed by the polynomials of trig.h. The low bits of the sum
+ * u = n + 1.5 * 2^52 are the low bits of n. Requires |x| < 2^51. */
 INLINE void wide_sin_cos(wide x, wide *sine, wide *cosine)
 {
     const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),
@@ -56,9 +56,9 @@ INLINE wide wide_log(wide x)
     sum = wide_fma(2.0 * z * y, sum, 2.0 * z);
     return wide_fma(exponent, wide_splat(LN_2), sum);
 }
-/* Returns the natural logarithm of x with an absolute error of at most 1e-8, without a division.
- * With x = (1 + m) * 2^exponent, a polynomial interpolates ln(1 + m) / m at Chebyshev nodes. This
- * accuracy suffices for Lyapunov exponents. Requires that x is positive and normal. */
+/* Returns the natural logarithm of x with an absolute error of at most 1e-8, which suffices for
+ * Lyapunov exponents, without a division. For x = (1 + m) * 2^exponent, a polynomial interpolates
+ * ln(1 + m) / m at Chebyshev nodes. Requires that x is positive and normal. */
 INLINE wide wide_approx_log(wide x)
 {
     static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,

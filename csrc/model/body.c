@@ -1,12 +1,14 @@
 /* The inertia J, the principal axes and the kind (integrable case) of a body with a fixed point.
  * `com` is the vector from this point to the centre of mass. A body is symmetric if two of its
  * principal moments of inertia are equal up to rounding errors, and spherical if all three are. A
- * rotor (kreisel.h) is axial if its momentum is along the symmetry axis. The principal axes are
- * computed by Jacobi's eigenvalue method, which is accurate even if principal moments coincide. */
+ * rotor (kreisel.h) is axial if its momentum is along the symmetry axis. Users describe a body in
+ * the frame of description, and kr_body.axes is the quaternion that rotates vectors from the
+ * principal axes into this frame. The principal axes are computed by Jacobi's eigenvalue method,
+ * which is accurate even if principal moments coincide. */
 #include "body.h"
 
 /* Returns 1 if the principal moments i are positive, and none exceeds the sum of the other two by
- * more than a relative tolerance: the larger of `rounded` and KR_INPUT_RTOL. */
+ * more than a relative tolerance: the larger of `rounded` and KR_INPUT_RTOL (both: kreisel.h). */
 static int are_moments_physical(kr_vec3 i, double rounded)
 {
     const double one = 1.0 + fmax(rounded, KR_INPUT_RTOL);
@@ -22,9 +24,9 @@ kr_status kr_body_check(const kr_body *b)
     if (!(b->rounded >= 0.0 && b->rounded < 1.0)) return KR_ERR_ARGUMENT;
     return are_moments_physical(b->inertia, b->rounded) ? KR_OK : KR_ERR_BODY;
 }
-/* Returns 1 if some distribution of mass has, up to a tolerance, the inertia J and the vector com.
- * The second moments of mass are S = (tr J / 2) 1 - J about the fixed point, and S - mass com com^t
- * about the centre of mass. Both are positive semidefinite if <com, S^-1 com> <= 1 / mass. */
+/* Returns 1 if some distribution of mass has the inertia J and the vector com, up to a tolerance.
+ * Its second moments are S = (tr J / 2) 1 - J about the fixed point, S - mass com com^t about the
+ * centre of mass. The latter must be positive semidefinite: mass <com, S^-1 com> <= 1 if S > 0. */
 int kr_body_is_physical(const kr_body *b)
 {
     const kr_vec3 i = b->inertia, c = b->com;
@@ -106,7 +108,7 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
 }
 /* Returns the kind of the body. An axial rotor changes neither KR_KIND_EULER nor KR_KIND_LAGRANGE,
  * because it only adds the rate -rotor / I3 to the rotation about the symmetry axis, where I3 is
- * the moment about this axis. The other kinds assume that there is no rotor. */
+ * the moment about this axis. Any other rotor gives KR_KIND_GYROSTAT or KR_KIND_GENERAL. */
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const kr_kind kind = find_kind_without_rotor(b, rtol);
@@ -138,9 +140,9 @@ int kr_body_last_axis(const kr_body *b)
     const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
     return (middle + 1) % 3;
 }
-/* Returns working axes (body.h) of a spherical body, with the third axis along `third_axis`, and
- * the vectors of the body along these axes. All three moments are replaced by their mean,
- * because they may differ by rounding errors. Requires equal components of `damping`. */
+/* Returns working axes (body.h) of a spherical body, with the third axis along the vector
+ * third_axis, which is given along the principal axes. Sets all moments to their mean, because they
+ * may differ by rounding errors. Requires equal components of `damping`. */
 static kr_working choose_spherical_axes(const kr_body *b, kr_vec3 third_axis, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
@@ -157,8 +159,7 @@ kr_working kr_body_principal(const kr_body *b, kr_vec3 damping)
 {
     return (kr_working){q_one(), b->inertia, b->com, damping, b->rotor, 0};
 }
-/* Returns w. If the rotor of the body b is axial, the components of w.rotor across the third axis
- * are rounding errors, and are set to zero. */
+/* Returns w, with w.rotor.x = w.rotor.y = 0 if the rotor of b is axial up to rounding errors. */
 static kr_working zero_off_axis_rotor(kr_working w, const kr_body *b)
 {
     if (kr_body_has_rotor(b) && kr_body_is_rotor_axial(b, KR_KIND_RTOL))
@@ -168,9 +169,9 @@ static kr_working zero_off_axis_rotor(kr_working w, const kr_body *b)
 kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
 {
     const int is_even = damping.x == damping.y && damping.y == damping.z;
-    /* The third axis of a spherical body points to the centre of mass if the rotor is zero or
-     * parallel to com, and com is not zero. Otherwise, a nonzero rotor determines the third axis,
-     * which then has a component along (0, 0, 1) that is not negative. */
+    /* With equal damping about all axes, the third axis of a spherical body points to the centre of
+     * mass if com is not zero and the rotor is zero or parallel to com. Otherwise, this axis is
+     * along a nonzero rotor, and its component along the third principal axis is not negative. */
     const int is_about_com = v_largest(b->com) > 0.0 && kr_body_is_rotor_axial(b, KR_KIND_RTOL);
     const kr_vec3 last_axis = is_about_com || !kr_body_has_rotor(b)
                                   ? b->com
@@ -189,8 +190,8 @@ kr_working kr_body_working(const kr_body *b)
     return kr_body_working_damped(b, v3(0.0, 0.0, 0.0));
 }
 
-/* Performs a Jacobi rotation that makes the element a[p][p + 1] of the symmetric matrix a zero, and
- * multiplies `axes` by this rotation. Indices are taken modulo 3. */
+/* Rotates the axes p and p + 1 (modulo 3) so that the element a[p][p + 1] of the symmetric matrix a
+ * becomes zero. Multiplies `axes` by the quaternion of this rotation from the right. */
 static void apply_jacobi_rotation(double a[3][3], kr_quat *axes, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
@@ -229,8 +230,8 @@ static kr_quat reorder_axes_near_identity(kr_quat axes)
     return best.w < 0.0 ? q_scale(-1.0, best) : best;
 }
 
-/* Sets the principal axes of the body b, and its moments of inertia and centre of mass along these
- * axes. The arguments `tensor` (three rows) and `com` are in the frame of description. */
+/* Sets b->axes to `axes`, and sets the moments of inertia and the centre of mass of b along these
+ * principal axes. `tensor` (stored by rows) and `com` are in the frame of description. */
 static void set_axes(kr_body *b, kr_quat axes, const double tensor[9], kr_vec3 com)
 {
     const double *j = tensor;
@@ -252,9 +253,9 @@ static int is_axis_through_com(const kr_body *b, int axis)
     return largest_off_axis(b->com, axis) * (fabs(J.z - J.x) / fmax(J.z, J.x)) <=
            KR_KIND_RTOL * v_largest(b->com);
 }
-/* Returns the principal axes of the body b. If the body is symmetric, its axes are not unique, and
- * those nearest to the frame of description are chosen. If the symmetry axis misses the centre of
- * mass only by rounding errors, its direction is set to `com`, given in this frame. */
+/* Returns the quaternion of principal axes of b. If b is symmetric, returns the axes nearest to the
+ * frame of description. If the symmetry axis passes through the centre of mass up to rounding
+ * errors, it becomes the third axis, along `com` (in the frame of description) if com is not 0. */
 static kr_quat choose_degenerate_axes(const kr_body *b, kr_vec3 com)
 {
     const int axis = find_symmetry_axis(b, KR_KIND_RTOL);
@@ -272,8 +273,8 @@ static kr_quat choose_degenerate_axes(const kr_body *b, kr_vec3 com)
     const kr_quat tilt = q_tilt(v_scale(along.z < 0.0 ? -1.0 : 1.0, along));
     return q_mul(q_mul(cycle, tilt), q_conj(cycle));
 }
-/* Makes moments of inertia equal that differ only by rounding errors. Moves the centre of mass of a
- * Lagrange top exactly onto the symmetry axis, unless the body is spherical. */
+/* Makes principal moments equal if they differ only by rounding errors. Moves the centre of mass of
+ * a Lagrange top exactly onto the symmetry axis, unless the body is spherical. */
 static void merge_equal_moments(kr_body *b)
 {
     const int axis = find_symmetry_axis(b, KR_KIND_RTOL);

@@ -12,8 +12,8 @@ typedef struct kr_working {
     int tilted; /* 1: the body is spherical, and its third axis is along com or the rotor */
 } kr_working;
 /* Return the working axes of a body, and its inertia, centre of mass, damping and rotor along these
- * axes. A spherical body with unequal components of `damping` keeps its principal axes, because the
- * damping matrix is diagonal only in the principal axes. */
+ * axes; kr_body_working is for zero damping. A spherical body with unequal components of `damping`
+ * keeps its principal axes, because the damping matrix is diagonal only along these. */
 kr_working kr_body_working_damped(const kr_body *body, kr_vec3 damping);
 kr_working kr_body_working(const kr_body *body);
 /* Returns KR_OK if the body is valid, else KR_ERR_ARGUMENT or KR_ERR_BODY. */

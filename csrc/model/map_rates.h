@@ -1,18 +1,17 @@
 /* The step, the conserved energy and the rates of rotation of the fourth-order map bobenko_suris4
  * of the Lagrange top. The units are chosen such that the moment of inertia I1 is 1. Let a be the
- * symmetry axis, m the momentum, e the step of the map, u = <a,e3>, c = <m,a>, l = <m,e3>, g the
- * largest possible torque of gravity, and b = e^2 g / 4. The energy is H = |m|^2/2 + g u if I3 = 1;
- * for other tops, the constant c^2 (1/I3 - 1)/2 must be added. With the Cayley transform Cay(e m),
- * a rotation about m, a step of the map consists of
+ * symmetry axis, m the momentum, e the step of the map, u = <a,e3>, c = <m,a>, l = <m,e3>, g u the
+ * potential energy, and b = e^2 g / 4. The energy is H = |m|^2/2 + g u if I3 = 1; for other tops,
+ * the constant c^2 (1/I3 - 1)/2 must be added. With the Cayley transform Cay(e m), the rotation
+ * about m by the angle 2 atan(e |m| / 2), a step of the map consists of
  *     m += (e/2) V' e3 x a,    then    a -> Cay(e m) a,    then again    m += (e/2) V' e3 x a,
  * where V'(u) = g (1 - b u) / (1 + b^2 u^2). The map conserves c, l and
  *     K = (1 + b^2 u^2) (|m|^2/2 + V' (u + e^2 c l / 4) - e^2 V'^2 (1 - u^2) / 8)
  *         + e^2 g^2 (1 + u^2) / 8
- * which equals H + e^2 g l c / 4 + O(e^4). The sum K + e^2 g^2 is also conserved, but if it
- * replaced K below, the rates would have an error of order e^4. The map follows the same orbit as
- * the continuous motion of the top, but at a different rate. To first order in g and to all orders
- * in e |m|, a step e of the map equals the motion of the top during the time h, followed by
- * rotations by the angles -e g c om about e3 and -e g l om about a, with
+ * which equals H + e^2 g l c / 4 + O(e^4). The map follows the same orbit as the continuous motion
+ * of the top, but at a different rate. To first order in g and to all orders in e |m|, a step e of
+ * the map equals the motion of the top during the time h, followed by rotations by the angle
+ * -e g c om about e3 and by the angle -e g l om about a, with
  *     z = e^2 K / 2,    h = e (A + g l c e^4/8 (B + (1 + z) dB/dz)),    om = e^2 B / 4
  *     A = atan(sqrt z) / sqrt z,    B = (1 - A) / z
  * K, z, h and om are constant along an orbit. (Derived here; no earlier source is known.) */
@@ -56,7 +55,8 @@ static inline double find_time_of_map_step(map_rates *r, double g, kr_vec3 a, kr
     return e * (A + 0.125 * e * e * e * e * g * l * c * (B + (1.0 + z) * D));
 }
 /* Returns the step e of the map that corresponds to the time h = time_step of the continuous
- * motion, found by the secant method, and the rates for this step. */
+ * motion, and K and the angles for this step. The members step and energy are NaN if no step is
+ * found, or if 2 h^2 |K| > 1 or h^2 |g| > 1. */
 static inline map_rates find_map_step(double time_step, double g, kr_vec3 a, kr_vec3 m)
 {
     const double h = time_step;

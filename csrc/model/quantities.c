@@ -1,17 +1,17 @@
 /* Physical quantities of a state, such as energies, momenta and angles. Let R be the attitude of
- * the principal axes, J the inertia, D the damping and h the momentum of the rotor. Along the
- * principal axes, the momentum is M = R* m R, the vertical is P = R* e3 R, and the angular velocity
- * in the inertial frame is W = J^-1 (M - h). The kinetic energy T, the potential energy U, the
- * equation of motion and the force at the fixed point are
+ * the principal axes, m the momentum in space, J the inertia, D the damping and h the momentum of
+ * the rotor. Along the principal axes, the momentum is M = R* m R, the vertical is P = R* e3 R, and
+ * the angular velocity in the inertial frame is W = J^-1 (M - h). The kinetic energy T, the
+ * potential energy U, the equation of motion and the force of the support on the body are
  *     T = <V, J V> / 2,   U = mass g <com, P> + k <P, J P> / 2 - <O, J O> / 2 - <h, O>
- *     J W' = M x W + P x (mass g com + k J P) - D V - friction
- *     force at the fixed point = mass R (W' x com + W x (W x com) - k (<P, com> P - com / 3)) R*
- *                                + mass g e3
- * where k is the gravity gradient, g is the acceleration due to gravity and to the shaking of the
- * support, O = R* turning R is the angular velocity of the support, and V = W - O is the angular
- * velocity relative to the support. The integrals of Kowalewski and Goryachev-Chaplygin are those
- * of equations (5.1) and (5.2) in the thesis (Bodack 2008). Euler's angles are z-x-z. They describe
- * the attitude r of a frame fixed in the body, whose third axis is the apex:
+ *     J W' = M x W + P x (mass g com + k J P) - D V + f apex
+ *     force = mass R (W' x com + W x (W x com) - k (<P, com> P - com / 3)) R* + mass g e3
+ * where k is the gravity gradient, f the torque of dry friction (kr_friction_torque), g the
+ * acceleration due to gravity and to the shaking of the support, O = R* turning R the angular
+ * velocity of the support, and V = W - O the angular velocity relative to the support. Equations
+ * (5.1) and (5.2) of the thesis (Bodack 2008) define the integrals of Kowalewski and
+ * Goryachev-Chaplygin. Euler's angles are z-x-z. They describe the attitude r of a frame fixed in
+ * the body, whose third axis is the apex, by rotations exp(...) (q_exp in su2.h):
  *     r = exp(e3 precession_angle) exp(e1 nutation) exp(e3 spin_angle) */
 #include "quantities.h"
 #include "math/trig.h"
@@ -105,7 +105,7 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
 }
 
 /* Writes (precession_angle + spin_angle) / 2 and (precession_angle - spin_angle) / 2. If the apex
- * is vertical, the state determines only one of these angles, and the other is set to 0. Adding 0.0
+ * is vertical, the state determines only one of the two, and the other is set to 0. Adding 0.0
  * turns negative zeros into positive zeros, because atan2(0, -0) would be pi. */
 static void find_euler_half_sums(const kr_scene *scene, const kr_state *s, double *half_sum,
                                  double *half_difference)
@@ -196,9 +196,9 @@ double kr_state_third_wheel_rate(const kr_scene *scene, const kr_state *s)
 }
 
 /* Writes momentum / I1 to `m`, and (mass * gravity * |com| / I1) * vertical to `p`. The components
- * of m and p are along a, o x a and o, where o is the symmetry axis of the inertia tensor, I1 the
- * moment across it, and a = -com / |com| for the signs of the thesis. Returns 0 if the top is not
- * of the integrable case `kind`, or if the support is shaken or there is a gravity gradient. */
+ * of m and p are along a, o x a and o. Here, o is the symmetry axis of the inertia tensor, I1 the
+ * moment about an axis normal to o, and a = -com / |com|. Returns 0 if the top is not of the
+ * integrable case `kind`, or if the support is shaken or there is a gravity gradient. */
 static int find_integral_vectors(const kr_scene *scene, const kr_state *s, kr_kind kind, kr_vec3 *m,
                                  kr_vec3 *p)
 {
@@ -235,9 +235,9 @@ double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 g
     const double spin = v_dot(v_sub(M, h), eased) - v_dot(O, apex), most = scene->friction,
                  needed = -v_dot(gain, apex) / v_dot(apex, eased),
                  size = v_largest(eased) * (v_largest(M) + v_largest(h)) + v_largest(O);
-    /* A spin below SPIN_OF_HELD times the size of its terms, which may cancel, counts as zero.
-     * Friction keeps a zero spin at zero if |needed| <= most. Otherwise, the torque is -most or
-     * most, and opposes the spin that the top has or is about to gain. */
+    /* The torque `needed` keeps a zero spin at zero if |needed| <= most. Otherwise, the torque is
+     * -most or most, and opposes the spin that the top has or is about to gain. A spin below
+     * SPIN_OF_HELD * size counts as zero: it is a sum of terms up to `size`, which may cancel. */
     const int is_zero = fabs(spin) <= SPIN_OF_HELD * size;
     *holds = is_zero && fabs(needed) <= most;
     if (is_zero) return fmax(-most, fmin(needed, most));

@@ -13,12 +13,12 @@ enum {
     KR_AXES = 16                 /* number of component indices reserved for each quantity */
 };
 extern const kr_quantity kr_quantities[KR_QUANTITIES];
-/* The part of a kr_quantity that computations use. It contains no texts, so programs that use no
- * names of quantities link only kr_quantity_rows, and not kr_quantities. */
+/* A function that writes the values of a quantity at n states, and the members of its kr_quantity
+ * that computations use. Programs that use no texts of quantities link only kr_quantity_rows. */
 typedef struct kr_quantity_row {
     void (*values)(const kr_scene *scene, size_t n, const kr_state states[], double out[]);
     unsigned char doubles, flags;
-    char dimension; /* the first letter */
+    char dimension; /* the first letter of kr_quantity.dimension */
 } kr_quantity_row;
 extern const kr_quantity_row kr_quantity_rows[KR_QUANTITIES];
 /* Returns the acceleration along -e3 at time t due to gravity and the shaking of the support. */

@@ -85,8 +85,7 @@ int kr_component_is_valid(int number)
            kr_quantity_rows[c.quantity].flags & KR_QUANTITY_IN_EVENTS &&
            c.axis < kr_quantity_rows[c.quantity].doubles;
 }
-/* All components of a quantity with the flag KR_QUANTITY_TURNS change when the top is rotated about
- * the vertical, except the third component of vectors, which is vertical. */
+/* The third component of a vector is vertical, and does not change. */
 int kr_component_is_turned(int number)
 {
     const kr_component c = kr_component_of(number);

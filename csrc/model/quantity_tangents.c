@@ -1,31 +1,32 @@
-/* Derivatives of quantities such as the energy, computed from the tangents of the state: its
- * derivatives with respect to the initial state and the parameters. Let R be the attitude of the
- * principal axes, J the inertia and h the momentum of the rotor. Along these axes, the momentum is
- * M = R* m R, the angular velocity W = J^-1 (M - h), the vertical V = R* e3 R, the angular velocity
- * of the support O = R* turning R, and U = W - O. An infinitesimal rotation vector theta along the
- * principal axes, a change dm of the momentum in space, and changes dJ, dh and dturning of the
- * parameters cause the changes
+/* Derivatives of quantities such as the energy. They are computed from the tangents of the state:
+ * the derivatives of the state with respect to the initial state and the parameters. Let R be the
+ * attitude of the principal axes, J the inertia and h the momentum of the rotor. Along these axes,
+ * the momentum is M = R* m R, the angular velocity W = J^-1 (M - h), the vertical V = R* e3 R, the
+ * angular velocity of the support O = R* turning R, and U = W - O. An infinitesimal rotation vector
+ * theta along the principal axes, a change dm of the momentum in space, and changes dJ, dh and
+ * dturning of the parameters cause the changes
  *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dh - dJ W),   dV = V x theta,
  *     dO = O x theta + R* dturning R,   dU = dW - dO,
- * and a vector R v R* in space changes by R (dv + theta x v) R*. A function tangent_of_<quantity>
- * returns the derivative of the quantity at the point `at` along the change `by`. */
+ * and a vector R v R* in space changes by R (dv + theta x v) R*. The gravity gradient is k, the
+ * damping D, and `weight` is mass times kr_acceleration_at (quantities.h). A tangent_of_<quantity>
+ * function returns the derivative of the quantity at the point `at` along the change `by`. */
 #include "quantities.h"
 #include "math/trig.h"
 #include "scene.h"
 
-/* The state and the parameters of a top at which derivatives are computed. Vectors have components
- * along the principal axes unless stated otherwise. */
+/* A state and the parameters of a top. Vectors are along the principal axes unless noted. */
 typedef struct quantity_point {
     const kr_scene *scene;
     const kr_state *state;
-    kr_vec3 described[3]; /* the principal axes in the frame of description */
+    kr_vec3 described[3]; /* the principal axes in the frame of description (kreisel.h) */
     kr_vec3 frame[3];     /* the principal axes in space */
     kr_vec3 M, W, V, O, U;
-    kr_vec3 apex;         /* unit vector to the centre of mass, or T */
-    double reach, weight; /* |com|; mass * acceleration along -e3 (kr_acceleration_at) */
+    kr_vec3 apex;         /* kr_body_apex (body.h) */
+    double reach, weight; /* reach: |com| */
 } quantity_point;
-/* An infinitesimal change of the state or of one parameter. Members are changes of the members with
- * the same names of quantity_point, kr_scene and kr_body. */
+/* An infinitesimal change of the state and of at most one parameter. The members M to apex, and
+ * `weight`, are changes of the members of quantity_point with these names. The members moments to
+ * turning, and `gradient`, are changes of parameters (kr_body and kr_scene in kreisel.h). */
 typedef struct quantity_change {
     kr_vec3 described_turn; /* theta in the frame of description */
     kr_vec3 push;           /* dm, in space */
@@ -103,9 +104,9 @@ static kr_vec3 find_horizontal_apex_direction(const quantity_point *at, double *
     *length = sqrt(apex->x * apex->x + apex->y * apex->y);
     return v3(apex->x / *length, apex->y / *length, 0.0);
 }
-/* If the Euler angles change by dprecession, dnutation and dspin, the frame rotates by the vector
- * turn = dprecession * e3 + dnutation * n + dspin * apex, where n is along the line of nodes. The
- * derivatives of the angles are therefore the coefficients of `turn` in this basis. */
+/* If the Euler angles change by dprecession, dnutation and dspin, their frame rotates by `turn` =
+ * dprecession * e3 + dnutation * n + dspin * apex, with the unit vector n along the line of nodes.
+ * tangent_of_precession_angle returns dprecession, and tangent_of_spin_angle returns dspin. */
 static double tangent_of_precession_angle(const quantity_point *at, const quantity_change *by)
 {
     double length;
@@ -153,19 +154,19 @@ static double tangent_of_potential(const quantity_point *at, const quantity_chan
             v_dot(by->rotor, at->O) + v_dot(h, by->O));
 }
 
-/* The vectors m and p of find_integral_vectors (quantities.c), which determine the Kowalewski and
- * Goryachev-Chaplygin integrals, and the infinitesimal changes dm and dp of m and p. */
+/* The vectors m = momentum / I1 and p = (weight |com| / I1) vertical, along the axes of
+ * find_integral_vectors (quantities.c), and their infinitesimal changes dm and dp. */
 typedef struct integral_vectors {
     kr_vec3 m, p, dm, dp;
 } integral_vectors;
-/* Returns the change of the components v of a vector along axes that rotate about the third one by
- * an infinitesimal angle, if the components along fixed axes change by dv. */
+/* Returns the change of v, the components of a vector, along axes that rotate about the third axis
+ * by an infinitesimal angle. `dv` is the change of the components along axes that do not rotate. */
 static kr_vec3 change_in_rotating_axes(double angle, kr_vec3 v, kr_vec3 dv)
 {
     return v3(dv.x + angle * v.y, dv.y - angle * v.x, dv.z);
 }
-/* Writes the vectors that determine an integral of motion, and their infinitesimal changes, to `f`.
- * Returns 0 if the top is not of the integrable case `kind`, or if the changed top is not. */
+/* Writes the vectors m and p of a top of the integrable case `kind`, and their changes, to `f`.
+ * Returns 0 if the top is of another kind, or if the parameter change in `by` makes it so. */
 static int find_integral_arguments(const quantity_point *at, const quantity_change *by,
                                    kr_kind kind, integral_vectors *f)
 {
@@ -207,9 +208,9 @@ static double tangent_of_goryachev_chaplygin(const quantity_point *at, const qua
     return f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }
-/* Adds the contribution J^-1 torque a of dry friction about the apex a to the angular acceleration.
- * Returns the derivative of the sum, given the derivative `dacceleration` without friction. If
- * friction keeps the spin at zero, torque = -<acceleration, a> / <a, J^-1 a>. */
+/* Adds J^-1 (torque * a), the effect of dry friction about the apex a, to `acceleration`. Returns
+ * the derivative of the sum. `dacceleration` is the derivative of alpha, the acceleration without
+ * friction. If friction keeps the spin at zero, torque = -<alpha, a> / <a, J^-1 a>. */
 static kr_vec3 add_friction_to_acceleration(const quantity_point *at, const quantity_change *by,
                                             kr_vec3 *acceleration, kr_vec3 dacceleration)
 {
@@ -226,8 +227,8 @@ static kr_vec3 add_friction_to_acceleration(const quantity_point *at, const quan
     return v_axpy(dtorque, eased, v_axpy(torque, deased, dacceleration));
 }
 /* Writes the angular acceleration U' = W' - O x W to `acceleration`, and returns its derivative.
- * The torque is J W' = M x W + weight V x com + k V x J V - D U - friction, with the gravity
- * gradient k and the damping D. The derivative with respect to friction is NaN at friction 0. */
+ * Without friction, J W' = M x W + weight V x com + k V x J V - D U. The derivative with respect to
+ * friction is NaN if friction is 0. */
 static kr_vec3 find_acceleration_change(const quantity_point *at, const quantity_change *by,
                                         kr_vec3 *acceleration)
 {
@@ -258,9 +259,8 @@ static kr_vec3 tangent_of_body_acceleration(const quantity_point *at, const quan
     kr_vec3 acceleration;
     return combine_axes(at->described, find_acceleration_change(at, by, &acceleration));
 }
-/* Returns the derivative of the force R (mass A + weight V) R* at the fixed point, where W' =
- * U' + O x W, A = W' x com + W x (W x com) - k kr_tidal_acceleration(V, com), and k is the gravity
- * gradient. */
+/* Returns the derivative of the force R (mass A + weight V) R* of the support on the body, with
+ * A = W' x com + W x (W x com) - k kr_tidal_acceleration(V, com) and W' = U' + O x W. */
 static kr_vec3 tangent_of_pivot_force(const quantity_point *at, const quantity_change *by)
 {
     kr_vec3 gain, dgain = find_acceleration_change(at, by, &gain);
@@ -325,8 +325,7 @@ static double tangent_of_scalar(size_t index, const quantity_point *at, const qu
         return NAN;
     }
 }
-/* Returns the derivative of the vector with this index in kr_quantities, or for the attitude, the
- * infinitesimal rotation vector in the frame of description. */
+/* Returns the derivative of the vector kr_quantities[index], or by->described_turn for q. */
 static kr_vec3 tangent_of_vector(size_t index, const quantity_point *at, const quantity_change *by)
 {
     switch (index) {
@@ -396,8 +395,8 @@ static double find_gravity_derivative(const quantity_point *at, int shaking_para
     return shaking_parameter == 3 ? by_phase
                                   : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
-/* Sets the changes of derived vectors and numbers in `by`, from the parameter changes in `by` and
- * one column of the tangent matrix: theta in the frame of description, and dm. */
+/* Sets the members of `by` from described_turn to apex, and by->weight, given the parameter changes
+ * in `by` and a column of the tangent matrix: theta in the frame of description, followed by dm. */
 static void set_vector_changes(const quantity_point *at, const double tangent_column[6],
                                quantity_change *by)
 {

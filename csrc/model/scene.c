@@ -4,8 +4,8 @@
 
 kr_scene kr_scene_default(void)
 {
-    /* A cuboid of density 1 with half-edges (0.8, 0.8, 1) and the fixed point (0, 0, -1). The
-     * numbers are written out so that programs need not link kr_body_shape. */
+    /* A cuboid of density 1 with half-edges (0.8, 0.8, 1), and the fixed point at (0, 0, -1) from
+     * its centre. The numbers are constants, so that programs need not link kr_body_shape. */
     const kr_body body = {
         .mass = 0x1.47ae147ae147cp+2,
         .inertia = {0x1.facfcdc177bd8p+2, 0x1.facfcdc177bd8p+2, 0x1.179ec9cbd821fp+1},
@@ -99,9 +99,9 @@ static double largest_support_rate(const kr_scene *scene)
     const double shaking = kr_support_shakes(scene) ? scene->shaking.rate : 0.0;
     return fmax(v_largest(scene->turning), shaking);
 }
-/* Returns the unit of moments of inertia, and the largest frequency of a pendulum (kr_swing). On a
- * shaken support, the larger of gravity and the amplitude of the support's acceleration determines
- * this frequency. In a gravity gradient k, the frequency of librations is at most sqrt(|k|). */
+/* Returns the unit and the pendulum frequency of kr_scene_swing (scene.h). On a shaken support, the
+ * larger of gravity and the largest acceleration of the support determines the frequency. In a
+ * gravity gradient k, it is at least sqrt(|k|), a bound on the frequency of librations. */
 static kr_swing find_fastest_swing(const kr_scene *scene, const kr_working *working)
 {
     const kr_shaking *shaking = &scene->shaking;

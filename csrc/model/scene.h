@@ -47,11 +47,11 @@ static inline int kr_support_turns_about_vertical(const kr_scene *scene)
 {
     return scene->turning.z != 0.0 && scene->turning.x == 0.0 && scene->turning.y == 0.0;
 }
-/* Converts a state from the inertial frame to the frame of a support that rotates about e3. Both
+/* Converts `state` from the inertial frame to the frame of a support that rotates about e3. Both
  * frames coincide at the initial time of the scene. */
 void kr_scene_turn_state(const kr_scene *scene, kr_state *state);
 /* Returns 1 if damping, friction, a gravity gradient or a moving support rules out a closed form of
- * the motion. If allow_turning is nonzero, the support may rotate about the vertical. */
+ * the motion. If allow_turning is nonzero, a support that rotates about the vertical does not. */
 static inline int kr_scene_excludes_closed_form(const kr_scene *scene, int allow_turning)
 {
     kr_scene at_rest = *scene;
@@ -61,15 +61,16 @@ static inline int kr_scene_excludes_closed_form(const kr_scene *scene, int allow
 /* Validates a scene like kr_scene_check, but without checking the body. */
 kr_status kr_scene_check_start(const kr_scene *scene);
 
-/* The unit of moments of inertia, its reciprocal, and the frequency of a pendulum [T^-1]. */
+/* The unit of moments of inertia, its reciprocal, and about the frequency of a pendulum [T^-1]. */
 typedef struct kr_swing {
     double moment, per_moment, rate;
 } kr_swing;
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
 /* The smallest permitted internal unit: reciprocals of smaller ones might overflow. */
 static const double kr_min_unit = 0x1p-1020;
-/* Writes the exponent of the unit of time 2^exponent, in which the rate of motions with momenta up
- * to max_momentum is about one. Returns 0 if the units exceed the range of doubles, else 1. */
+/* Writes the exponent of the unit of time 2^exponent, in which the larger of swing->rate and the
+ * angular velocity max_momentum * swing->per_moment is about one. Returns 0 if the units exceed the
+ * range of doubles, else 1. */
 static inline int kr_find_time_unit(const kr_swing *swing, double max_momentum, int *exponent)
 {
     const double turn = max_momentum * swing->per_moment,

@@ -41,8 +41,8 @@ static kr_quat euler_rotation(kr_vec3 angles)
                  difference = 0.5 * angles.x - 0.5 * angles.z;
     return q4(c * cos(sum), v3(s * cos(difference), s * sin(difference), c * sin(sum)));
 }
-/* Returns the attitude, relative to the frame of description, of the frame that the Euler angles
- * describe. Its third axis is the apex. */
+/* Returns the quaternion that rotates the axes of the frame of description to the body-fixed frame
+ * of the Euler angles (kreisel.h), whose third axis is the apex. */
 static kr_quat find_euler_frame_in_body(const kr_scene *scene)
 {
     static const kr_state upright = {.q = {1.0, 0.0, 0.0, 0.0}};
@@ -68,8 +68,8 @@ static int is_symmetric_about(const kr_body *body, kr_vec3 axis)
     return kr_body_kind(&spun, KR_KIND_RTOL) != KR_KIND_GENERAL &&
            kr_body_is_rotor_axial(body, KR_KIND_RTOL);
 }
-/* Subtracts `inertia`, the moment of a wheel about its axle, from the inertia tensor of the body.
- * The unit vector `axis` along the axle is in the frame of description. */
+/* Subtracts the moment `inertia` about the unit vector `axis` (in the frame of description) from
+ * the inertia tensor of the body. Returns the status of kr_body_from_tensor (kreisel.h). */
 static kr_status subtract_wheel_moment(kr_body *body, double inertia, kr_vec3 axis)
 {
     const kr_vec3 com = q_turn(body->axes, body->com), moments = body->inertia;
@@ -122,8 +122,8 @@ kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double 
     if (!kr_body_symmetry(&scene->body, &i1, &i3) || !isfinite(spin) || !isfinite(tilt))
         return KR_ERR_ARGUMENT;
     /* The precession rate W solves I1 cos(tilt) W^2 - I3 spin W + torque = 0 (Goldstein, Classical
-     * Mechanics, 5.7). The larger root is computed without cancellation, and the other one from the
-     * product of both roots. */
+     * Mechanics, 5.7). The root of larger magnitude is computed without cancellation, and gives the
+     * smaller root by the product of both roots, torque / (I1 cos(tilt)). */
     const kr_vec3 com = scene->body.com;
     const double torque = scene->body.mass * scene->gravity * hypot(hypot(com.x, com.y), com.z);
     const double a = fabs(cos(tilt)) > 1e-15 ? i1 * cos(tilt) : 0.0, b = i3 * spin, size = fabs(b),
