@@ -606,7 +606,6 @@ typedef struct koetter_terms {
 typedef struct koetter_products {
     pair G, U, W, X, Y;
     dual G0, V0, x, y, Dl;
-    wide V0_terms;
 } koetter_products;
 /* Returns the divided difference (F G)[e0, e1, e2]. */
 INLINE dual find_difference_of_FG(const kr_kowalewski_plan *plan, int complex,

@@ -114,8 +114,7 @@ static void bound_damped_velocities(const kr_taylor *p, const slow_directions *s
 }
 /* Writes `bound` (bound_damped_velocities). Returns the velocity, in the units of the series, by
  * which the relative tolerance is multiplied: the smallest positive bound[i], or the largest
- * component of W if no bound is positive. It has lower limits (NEGLIGIBLE, ROUNDED, TINY_VELOCITY).
- */
+ * component of W if none is positive, but not less than NEGLIGIBLE, ROUNDED, TINY_VELOCITY say. */
 static double find_error_scale(const kr_taylor *p, const slow_directions *slow, double bound[3])
 {
     const kr_series *s = p->series;
