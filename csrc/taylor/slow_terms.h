@@ -277,10 +277,10 @@ static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
 /* Expands the motion on the slow manifold about the end of the last step, and writes the
  * coefficients to p->series. The iteration ends when update_coefficients returns at most `noise`
  * times the largest bound on a strongly damped u_i (bound_damped_velocities). The permitted
- * distance from the manifold is `near` times find_distance_scale. `friction` is the maximum friction
- * torque while friction holds the top. Returns 0, with p unchanged, if the iteration does not
- * converge or the motion is not on the manifold. `wait` is then the estimated time to reach it, in
- * the units of the series. */
+ * distance from the manifold is `near` times find_distance_scale. `friction` is the maximum
+ * friction torque while friction holds the top. Returns 0, with p unchanged, if the iteration does
+ * not converge or the motion is not on the manifold. `wait` is then the estimated time to reach it,
+ * in the units of the series. */
 static int REAL(expand_on_manifold)(kr_taylor *p, const slow_directions *slow,
                                     const slow_directions *strong, int order, double near,
                                     double noise, double friction, double *wait)
