@@ -88,7 +88,7 @@ static dd product_coefficient(const gyrostat_series *s, int a, int b, int first,
     return two_sum_ordered(sum.hi, sum.lo);
 }
 /* Writes the Taylor series of m, from the initial value `m` up to the order `last`, to `s`. If
- * `with_angle` is 1, also writes the series of phi' and |m| + m.a (order last - 1). Returns the
+ * `with_angle` is 1, also writes the series of phi' and of |m| + m.a (order last - 1). Returns the
  * longest time for which the last two terms of m / |m| (and of phi) are at most `tol`. */
 static double expand_momentum_and_angle(const gyrostat *top, gyrostat_series *s, const dd m[3],
                                         int with_angle, int last, double tol)
@@ -135,9 +135,9 @@ static double find_frequency_square(const gyrostat *top, kr_vec3 equilibrium)
            v_dot(w, v_add(w, am)) - v_dot(w, equilibrium) * (a.x + a.y + a.z);
 }
 static kr_vec3 get_axis_candidate(int d) { return v3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1); }
-/* Sets a to the unit vector along the candidate d (get_axis_candidate) with the largest
- * least_component[d], the least component of m along d in a period. Sets what depends on a in
- * `top`. */
+/* Sets a, and the members of `top` that depend on a. a is the unit vector along the candidate d
+ * (get_axis_candidate) with the largest least_component[d]: the minimum over a period of the
+ * component of m along this candidate. */
 static void set_best_axis(gyrostat *top, const double least_component[DIRECTIONS])
 {
     int best = 0;
@@ -198,8 +198,8 @@ static int find_axis_and_period(gyrostat *top, gyrostat_series *s)
     return has_returned;
 }
 /* Integrates m and phi over the approximate period. Adds to top->period the time in which m would
- * move from its last to its first value. Writes samples and growth of phi for this period. Returns
- * the magnitude of the relative change of the period, or infinity if m does not return. */
+ * move from its last to its first value. For this corrected period, writes samples of m and phi and
+ * the growth of phi. Returns the relative correction, or infinity if m does not return. */
 static double integrate_and_correct_period(gyrostat_memory *memory)
 {
     gyrostat *top = &memory->top;
@@ -276,8 +276,7 @@ static double fourier_coefficient(const gyrostat_memory *memory, int n, double o
  * integrated twice, term by term in a Fourier series. With d = m - h and B = A - tr(A)/3, it is
  *     |B d|^2 - m.(tr(A) B/3 - B^2) h
  * minus the average of this expression over a period. For a nearly spherical body, B is small and
- * nothing cancels. Returns a bound on max ln D - min ln D, or infinity if there are too few
- * samples. */
+ * nothing cancels. Returns a bound on max ln D - min ln D, or infinity if SAMPLES is too small. */
 static double set_log_norm_samples(gyrostat_memory *memory)
 {
     const gyrostat *top = &memory->top;

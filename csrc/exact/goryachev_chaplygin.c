@@ -7,15 +7,29 @@
  * principal axis with moment 1/4, directed such that G is not negative. With the momentum L and the
  * upward vertical g = e3 in the body frame, and <L, g> = 0,
  *     H = (L1^2 + L2^2 + 4 L3^2)/2 + g1,  G = L3 (L1^2 + L2^2) - L1 g3,
- *     p+-(u) = 2 u^3 - (H +- 1) u - G/2.
+ *     p+-(u) = 2 u^3 - (H +- 1) u - G/2,
+ *     u exp(i chi) = (g1 u - L1 g3/2) + i (L2 g3/2 - g2 u)  with an angle chi.
  * Chaplygin's variables u1 > 0 > u2 are the roots of u^2 - L3 u - (L1^2 + L2^2)/4. Each moves on an
  * arc between two roots of p+ p-, with du/d tau = +-sqrt(-p+ p-) in the time d tau = dt/|L| (S. A.
  * Chaplygin, 1901). On an arc
  *     u = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
  * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x. The torus angle alpha of
  * an arc is x plus a sine series in x, and grows linearly with tau. The time t is a multiple of tau
- * plus a periodic function of each alpha. The heading psi (goryachev_chaplygin.h) is the angle of
- * the horizontal vector L. */
+ * plus a periodic function of each alpha.
+ *
+ * The heading psi (goryachev_chaplygin.h) is the angle of the horizontal vector L. Let rho be the
+ * rate of alpha2 divided by the rate of alpha1. On the section (line) alpha1 = a, psi is the real
+ * part of the sum of B_k(a) exp(i k alpha2), with integer or half-odd k >= 0. On the next section,
+ * alpha1 = a + h, the coefficients are
+ *     B_k(a + h) = exp(-i k rho h) (B_k(a) + G_k),
+ * where G_k are the coefficients of the change of psi between the two sections. This change is
+ * computed by quadrature, for the same values of alpha2 on each section. Sections from 0 to pi
+ * suffice: psi changes its sign when alpha1 grows by 2 pi, and is an even or an odd function of the
+ * two angles. For the same reasons, the real or the imaginary part of B_k(pi) is zero. This
+ * condition determines B_k(0) after a division by cos(k rho pi). If this divisor is small, the term
+ * k is slow (kr_slow_term): B_k(0) is set to 0, and the series is discontinuous at alpha1 = pi. The
+ * error of a slow term grows linearly with time, but more slowly than the effect of rounding the
+ * initial state. */
 #include "goryachev_chaplygin.h"
 enum { GRID = 2048 };
 #include "torus_setup.h"
@@ -178,22 +192,9 @@ static double sum_arc_sine_series(const chaplygin_arc *arc, int which, double s,
     return s * (2.0 * c * even_before + (odd + odd_before));
 }
 
-/* Set-up of Fourier series of the heading psi of a Goryachev-Chaplygin top. Let rho be the rate of
- * alpha2 divided by the rate of alpha1. On the section (line) alpha1 = a, psi is the real part of
- * the sum of B_k(a) exp(i k alpha2), with integer or half-odd k >= 0. On the next section, alpha1 =
- * a + h, the coefficients are
- *     B_k(a + h) = exp(-i k rho h) (B_k(a) + G_k),
- * where G_k are the coefficients of the change of psi between the two sections. This change is
- * computed by quadrature, for the same values of alpha2 on each section. Sections from 0 to pi
- * suffice: psi changes its sign when alpha1 grows by 2 pi, and is an even or an odd function of the
- * two angles. For the same reasons, the real or the imaginary part of B_k(pi) is zero. This
- * condition determines B_k(0) after a division by cos(k rho pi). If this divisor is small, the term
- * k is slow (kr_slow_term): B_k(0) is set to 0, and the series is discontinuous at alpha1 = pi. The
- * error of a slow term grows linearly with time, but more slowly than the effect of rounding the
- * initial state. */
 enum { LEAST_CELLS = 4 };
-/* Coefficients of psi below LEAST_TERM [rad] are left out. A term is slow if |cos(k rho pi)| is
- * below LEAST_DIVISOR, or if |B_k(0)| would exceed one radian. */
+/* Coefficients of psi below LEAST_TERM [rad] are left out. The term k of psi is slow if
+ * |cos(k rho pi)| is below LEAST_DIVISOR, or if |B_k(0)| would exceed one radian. */
 #define LEAST_TERM 6e-17
 #define LEAST_DIVISOR 0.025
 
@@ -238,8 +239,8 @@ static void fourier_transform(chaplygin_work *w, int n)
 typedef struct arc_place {
     double alpha, x, slope, s, c;
 } arc_place;
-/* Moves `at` to the torus angle `alpha`, between 0 and pi, with an error of x below 1e-9. `e` is
- * the arc in the plan. Newton steps that leave an interval around the solution are bisected. */
+/* Moves `at` to the torus angle `alpha`, between 0 and pi, with an error of x below 1e-9. Bisection
+ * replaces Newton steps that would leave an interval which contains the solution. */
 static void move_to_alpha(const chaplygin_arc *arc, const kr_chaplygin_arc *e, double alpha,
                           arc_place *at)
 {
@@ -272,8 +273,8 @@ static void fill_cosines_at_nodes(chaplygin_work *w)
 }
 /* Writes the Chebyshev coefficients of two functions of alpha in a cell to `out`: (x - alpha)/2
  * [turns], then the periodic part of t. `at` moves through the nodes, in descending order of alpha
- * if `is_falling` is 1. Returns the largest of the last two coefficients of both functions, after
- * dividing those of t by the larger of arc->q and the periodic part at all nodes. */
+ * if `is_falling` is 1. Returns the largest of the last two coefficients of both functions. Those
+ * of t are relative to the larger of arc->q and the largest sample of the periodic part. */
 static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
                               const kr_chaplygin_arc *e, int cell, int is_falling, arc_place *at,
                               double out[])
@@ -338,8 +339,8 @@ static void sample_second_arc(chaplygin_work *w, int n)
     }
 }
 /* Writes the growth of psi from a section to the next one to growth[i], for the n values of alpha2
- * of w->second. Returns the largest Legendre coefficient of degree 7 of the integrand. The error of
- * the quadrature is about the square of this coefficient. */
+ * of w->second. Returns the largest magnitude of the Legendre coefficient of degree 7 of the
+ * integrand. The error of the quadrature is about the square of this magnitude. */
 static double find_heading_growth(const chaplygin_work *w, int section, int n, double growth[])
 {
     const kr_chaplygin_plan *const plan = &w->plan;
@@ -390,8 +391,8 @@ static dd find_phase_growth(const kr_chaplygin_plan *plan, dd ratio, int k, doub
     return dd_make(turns.hi - nearest(turns.hi), turns.lo);
 }
 /* Appends the slow term k of psi to the plan. `miss` is the part of B_k(pi), real or imaginary,
- * that should be zero (LEAST_CELLS). At alpha1 = pi, where half of alpha2 is `half` turns, the term
- * jumps by an amplitude of 2 * miss. `ratio` is rho. Returns 0 if there is no room. */
+ * that should be zero. At alpha1 = pi, where half of alpha2 is `half` turns, the term jumps with
+ * the amplitude 2 * miss. `ratio` is rho. Returns 0 if there is no room. */
 static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double miss, dd half)
 {
     if (plan->slow_terms == SLOW_TERMS) return 0;
@@ -407,9 +408,9 @@ static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double mis
     sincos_turns(dd_half(step), &e->sine, &unused);
     return 1;
 }
-/* Replaces the coefficients of the change of psi after each section (conjugates of G_k) by the
- * coefficients of psi on this section (conjugates of B_k), for k < n/2 (LEAST_CELLS). `ratio` is
- * rho. `half` is half of alpha2 [turns] at alpha1 = pi. Returns 0 if too many terms are slow. */
+/* On each section, replaces the coefficients of the change of psi until the next section (complex
+ * conjugates of G_k) by the coefficients of psi (complex conjugates of B_k), for n/2 terms. `ratio`
+ * is rho. `half` is half of alpha2 [turns] at alpha1 = pi. Returns 0 if too many are slow. */
 static int convert_changes_to_series(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
 {
     plan->slow_terms = 0;
@@ -448,11 +449,10 @@ static void drop_small_terms(kr_chaplygin_plan *plan, int n)
     for (int j = 0; j < rows; j++)
         memmove(from + j * plan->terms, from + j * (n / 2), sizeof(double) * (size_t)plan->terms);
 }
-/* Computes the Fourier series of psi on the sections. `ratio` is rho (LEAST_CELLS). `half` is half
- * of alpha2 [turns] at alpha1 = pi. Doubles the number of sections until the error of the
- * quadrature is negligible, and then the number n of samples on a section until the last
- * coefficients are negligible. Returns 0 if the plan has too little room, or too many slow
- * terms. */
+/* Computes the Fourier series of psi on the sections. `ratio` is rho. `half` is half of alpha2
+ * [turns] at alpha1 = pi. Doubles the number of sections until the error of the quadrature is
+ * negligible, and then the number n of samples on a section until the last coefficients are
+ * negligible. Returns 0 if the plan has too little room for coefficients or slow terms. */
 static int make_sections(chaplygin_work *w, dd ratio, dd half)
 {
     kr_chaplygin_plan *const plan = &w->plan;
@@ -490,7 +490,8 @@ typedef struct separation {
     cdd root[2];
 } separation;
 /* Sets o->H, o->G and start->has_small_G. If G is negative, turns the axes of the closed form
- * through pi about axis 1, which reverses the sign of G, and converts `start` and `way`. */
+ * through pi about axis 1, which reverses the sign of G: converts `start` and `way` to these
+ * axes. */
 static void set_integrals(torus_start *start, torus_units *way, chaplygin_curve *o)
 {
     dd *const L = start->momentum, *const g = start->up;
@@ -510,9 +511,8 @@ static void set_integrals(torus_start *start, torus_units *way, chaplygin_curve 
     }
     start->has_small_G = o->G.hi < 1e-9;
 }
-/* Returns the initial u1 and u2, and for each of them a square root of |u| exp(i chi), where
- * u exp(i chi) = (g1 u - L1 g3/2) + i (L2 g3/2 - g2 u). The sign of the second square root follows
- * from L1 - i L2 = -2i * (product of the two square roots). */
+/* Returns the initial u1 and u2 and, for each of them, a square root of |u| exp(i chi). The sign of
+ * the second square root follows from L1 - i L2 = -2i * (product of the two square roots). */
 static separation find_separation_variables(const torus_start *start)
 {
     const dd *const L = start->momentum, *const g = start->up;
@@ -567,7 +567,7 @@ static void set_slip_bound(kr_chaplygin_plan *plan)
     plan->most_slip = 1.01 * bound / plan->mean;
 }
 /* Sets the rates of the torus angles with respect to tau and of the mean angles with respect to t,
- * and what depends on them. Returns rho, the rate of alpha2 divided by the rate of alpha1. */
+ * and the members of the plan that depend on these rates. Returns rho. */
 static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
 {
     const dd det = dd_add(dd_mul(arc[0].p, arc[1].q), dd_mul(arc[1].p, arc[0].q));
@@ -587,8 +587,8 @@ static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
     plan->ratio = ratio.hi;
     return ratio;
 }
-/* Sets the initial mean angles, given half of each initial torus angle [turns] and the initial
- * periodic parts of t, `time`. `ratio` is rho. Returns half of alpha2 [turns] where alpha1 is
+/* Sets the initial mean angles, given half of each initial torus angle [turns] and, in `time`,
+ * initial periodic parts of t. `ratio` is rho. Returns half of alpha2 [turns] where alpha1 is
  * pi. */
 static dd set_mean_angles(kr_chaplygin_plan *plan, dd ratio, const dd half[2], const double time[2])
 {

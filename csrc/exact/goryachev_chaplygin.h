@@ -4,11 +4,13 @@
  * (axes of the closed form -> space) is a product of quaternions with the heading psi:
  *     exp(k psi/2) (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k)/sqrt(|m|),
  *     |m| = c1^2 + s1^2 + c2^2 + s2^2,  m = |m| (cos psi, sin psi, 0).
- * Chaplygin's variables u1 > 0 > u2 oscillate on intervals, called arcs. On each arc, with an angle
- * chi, c + i s = sqrt|u| exp(i chi/2). c and s are functions of an angle x, and x - alpha is a
- * periodic function of alpha. The time t is a multiple of tau plus a periodic function of each
- * alpha. Newton's method solves this equation for tau. Mean angles are the linear parts of
- * alpha1(t) and alpha2(t).
+ * Chaplygin's variables u1 > 0 > u2 oscillate on intervals, called arcs. On the arc of u1, with an
+ * angle chi, c1 + i s1 = sqrt|u1| exp(i chi/2), and likewise on the arc of u2. With an angle x for
+ * each arc, and the sine s and the cosine c of x/2,
+ *     |u| = (A s^2 + B c^2)/D,  D = C s^2 + c^2.
+ * x - alpha is a periodic function of the torus angle alpha of the arc. The time t is a multiple of
+ * tau plus a periodic function of each alpha. Newton's method solves this equation for tau. Mean
+ * angles are the linear parts of alpha1(t) and alpha2(t).
  *
  * psi is not a sum of functions of alpha1 and of alpha2. The lines alpha1 = pi j/J, for the
  * integers j from 0 to J - 1, are called sections. On each section, psi is a Fourier series in
@@ -28,12 +30,11 @@ enum {
 
 /* The arc of one of Chaplygin's variables u, and functions of its torus angle alpha. */
 typedef struct kr_chaplygin_arc {
-    /* |u| = (A s^2 + B c^2)/D, D = C s^2 + c^2, with the sine s and the cosine c of x/2. */
-    double A, B, C;
-    /* The factors a s^2 + b c^2 of (p+ D^3)/2 (indices 0 to 2) and (p- D^3)/2 (3 to 5), with p+ and
-     * p- of goryachev_chaplygin.c. The factor of a root at an end of the arc is a s^2 or a c^2; s^2
-     * or c^2 is left out, by b = a. If `pair` is 1, 4 and 5 are a[4] s^2 + b[4] c^2
-     * +- i * imaginary * D. */
+    double A, B, C; /* of |u| and D */
+    /* The factors a s^2 + b c^2 of (p+ D^3)/2 (indices 0 to 2) and (p- D^3)/2 (3 to 5), for the
+     * roots of the polynomials p+ and p- (goryachev_chaplygin.c). The factor of a root at an end of
+     * the arc is a s^2 or a c^2; s^2 or c^2 is left out, by b = a. If `pair` is 1, the factors 4
+     * and 5 are a[4] s^2 + b[4] c^2 +- i * imaginary * D. */
     double a[6], b[6], imaginary;
     int pair;
     int has_sine[2], has_cosine[2]; /* 1 if the end at x = 0, or at x = pi, is a root of p+, p- */
@@ -123,7 +124,7 @@ typedef struct chaplygin_point {
     wide c, s, size;
 } chaplygin_point;
 /* Writes (|p+| D^3)/2 and (|p-| D^3)/2 to `out`, without the factor s^2 or c^2 of each end of the
- * arc. ss and cc are s^2 and c^2, with the sine s and the cosine c of x/2. `D` is C ss + cc. */
+ * arc. `ss` and `cc` are s^2 and c^2 (opening comment). */
 INLINE void multiply_root_factors(const kr_chaplygin_arc *arc, wide ss, wide cc, wide D,
                                   wide out[2])
 {
@@ -155,7 +156,7 @@ INLINE chaplygin_point find_chaplygin_point(const kr_chaplygin_arc *arc, wide s,
     return (chaplygin_point){half[0], half[1], (arc->A * ss + arc->B * cc) * one};
 }
 /* Writes points and, unless `time` is NULL, periodic parts of t for the arcs `from` to `to`, given
- * half of the torus angle of each arc [turns]. Elements 0 of all arrays belong to arc `from`. */
+ * half of the torus angle of each arc [turns]. Element 0 of each array belongs to arc `from`. */
 INLINE void find_chaplygin_points(const kr_chaplygin_plan *plan, int from, int to, const dd half[],
                                   chaplygin_point out[], wide time[])
 {
@@ -268,7 +269,7 @@ INLINE wide sum_heading_series(const kr_chaplygin_plan *plan, wide section, dd h
     return total;
 }
 INLINE wide signed_fraction(dd x) { return (x.hi - nearest(x.hi)) + x.lo; }
-/* Returns the sum of the jumps of all slow terms (kr_slow_term) in whole turns of alpha1. */
+/* Returns what all slow terms (kr_slow_term) add to psi in a number of turns of alpha1. */
 INLINE wide sum_heading_jumps(const kr_chaplygin_plan *plan, wide turns)
 {
     wide sum = wide_splat(0.0);

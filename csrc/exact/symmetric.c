@@ -22,14 +22,14 @@
 typedef struct described_top {
     exact_top own;
     int behind;   /* nonzero if the apex is opposite to the third internal axis */
-    dd half_turn; /* half of -rotor / I3, the change of the rate of the spin by the rotor */
+    dd half_turn; /* half of the rate -rotor / I3 that the rotor adds to the spin */
     kr_quat axes; /* internal axes -> frame of description */
     kr_units units;
 } described_top;
 
 /* Returns |com| of a spherical body. Writes to `tilt` the rotation that maps the third axis of
- * w->axes to the direction of `com`, from which it differs by a rounding error. `com` has
- * components along the principal axes. */
+ * w->axes to the direction of `com`; its angle is a rounding error. `com` has components along the
+ * principal axes. */
 static dd find_com_length_and_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
@@ -92,7 +92,6 @@ static kr_status convert_to_internal(const kr_scene *scene, kr_kind kind, descri
     if (fabs(own->lever.hi) < LEAST_LEVER) own->lever = dd_of(0.0);
     return KR_OK;
 }
-
 /* Sets `exact` to a motion with constant |alpha| and |beta|: of a sleeping, hanging or resting top,
  * or a free body that is symmetric or rotates about a principal axis. The phases of alpha and beta
  * grow at the rates `first` and `second` [rad per unit of time]. `q` is the initial attitude. */
@@ -114,7 +113,7 @@ static inline void set_up_steady_form(kr_exact_form *exact, kr_quat q, dd first,
                              : a == 0.0 ? -2.0 * second.hi
                                         : first.hi - second.hi;
 }
-/* Sets the linear map e->frame (kernel.h) of a closed form to q -> left * q * right. */
+/* Sets the linear map exact->frame (kernel.h) of a closed form to q -> left * q * right. */
 static inline void set_form_map(kr_exact_form *exact, kr_quat left, kr_quat right)
 {
     set_left_right_map(exact->frame, left, right);
@@ -126,9 +125,9 @@ static inline void set_form_map(kr_exact_form *exact, kr_quat left, kr_quat righ
 typedef struct body_axes {
     dd inertia[3], momentum[3], square; /* [M L^2], [M L^2 T^-1], m^2 */
     dd d1, d3;                          /* D1, D3 */
-    dd dm;                              /* |2T I2 - m^2|, which is 0 on the separatrix */
+    dd dm;                              /* |2E I2 - m^2|, which is 0 on the separatrix */
     double sense; /* 1 if I3 is the largest moment, -1 if it is the smallest */
-    kr_quat turn; /* the attitude of these axes in the body */
+    kr_quat turn; /* these axes -> internal axes */
 } body_axes;
 
 /* Returns the rotation that maps z to the axis `third`, and y to the axis `middle` or its negative
@@ -218,7 +217,7 @@ static int set_up_steady_free_motion(kr_exact_form *exact, const double inertia[
 }
 /* Returns the common rate of the phases of alpha and beta [rad per unit of time], and writes
  * agm(1, k') to `mean`. `c2`, `flat`, `k2` and `kp` are c^2, 1 - c^2, k^2 and k'. For c^2 <= 1/4,
- * the rate follows from sum Q_n for p0^2 = 1 + c2 k2 / flat (DLMF 19.7.8), without a division by
+ * the rate follows from sum Q_n for p0^2 = 1 + c2 k2 / flat (DLMF 19.7.8), without division by
  * c. */
 static dd find_common_phase_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
@@ -269,8 +268,8 @@ static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2
 
 /* Returns the initial phase of the nutation, F/4K [turns]. The initial momentum has components
  * proportional to cn F along axis 1, and to a->sense * sn F along axis 2. `i31` and `i32` are
- * |I3 - I1| and |I3 - I2|, `kp2` is k'^2, and `mean` is agm(1, k'). Near a separatrix, K is large,
- * and K - F would be inaccurate for F near K. It is then computed from sn(K - F) = cn F / dn F. */
+ * |I3 - I1| and |I3 - I2|, `kp2` is k'^2, and `mean` is agm(1, k'). Near a separatrix, K is large.
+ * For F near K, K - F would then be inaccurate, and is computed from sn(K - F) = cn F / dn F. */
 static dd find_free_nutation_phase(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;
@@ -348,7 +347,6 @@ static kr_exact_form make_euler_form(const exact_top *top, dd half_turn)
     }
     return exact;
 }
-
 /* Returns the angle between the apex of height u and e3 [rad], given 1 - u and 1 + u. Values up to
  * 2e-36 count as zero: recompute_small_distances (lagrange.h) sets none below 1e-36. */
 static double find_nutation_angle(dd one_minus_u, dd one_plus_u)
@@ -397,8 +395,8 @@ static void find_turning_times(const initial *s, const turning_points *r, double
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
 /* Returns the turning points (kr_nutation) of a top with a nonnegative lever, in internal units,
- * for the initial time 0. `rotor` is the momentum of an axial rotor / I3; critical_spin omits the
- * rotor. */
+ * for the initial time 0. `rotor` is the momentum of an axial rotor, divided by I3. The member
+ * critical_spin is computed without the rotor. */
 static kr_nutation find_turning_points(const exact_top *top, double rotor)
 {
     const dd i1 = find_equatorial_moment(top);
@@ -439,7 +437,6 @@ static kr_nutation exchange_up_down_in_nutation(kr_nutation r)
     s.lever = -r.lever;
     return s;
 }
-
 /* `half_turn` is half the rate that a rotor adds to the rotation about the symmetry axis. */
 static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
 {

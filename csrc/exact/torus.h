@@ -13,7 +13,7 @@ typedef struct kr_torus {
     kr_quat frame;   /* user's axes -> axes of the closed form */
     /* Phases [turns], linear in time. Kowalewski top (kowalewski.h): theta1/2, theta2/2, and the
      * linear part of half of the heading. Goryachev-Chaplygin top (goryachev_chaplygin.h): halves
-     * of both mean angles, 0. Free gyrostat (kr_gyrostat_plan): `first`, `second`, 0. */
+     * of both mean angles, and 0. Free gyrostat (kr_gyrostat_plan): `first`, `second`, and 0. */
     kr_phase turn[3];
 } kr_torus;
 
@@ -34,7 +34,7 @@ INLINE double fraction_of_turns(double turns)
 {
     return isfinite(turns) ? turns - floor(turns) : NAN;
 }
-/* Returns the time t - torus->begin. Returns 0 if this time is not below 2^990, or if a phase would
+/* Returns the time t - torus->begin, or 0 if its magnitude is 2^990 or more, or a phase would
  * change by 2^50 turns or more: the initial state at least has the right integrals of motion. */
 INLINE dd find_elapsed_time(const void *plan, wide t)
 {
@@ -102,7 +102,7 @@ INLINE kr_state evaluate_torus(torus_kernel *kernel, const void *plan, double t)
 enum { GYROSTAT_TERMS = 48 };
 typedef struct kr_gyrostat_plan {
     kr_torus torus; /* turn[0] and turn[1] are the phases `first` and `second` */
-    double least;   /* `second` includes the factor u^least, so that all exponents are >= 0 */
+    double least;   /* e^{i second} includes u^least, so that all exponents of u are >= 0 */
     kr_vec3 momentum;
     kr_quat map[4]; /* the attitude is q.w map[0] + q.x map[1] + q.y map[2] + q.z map[3] */
     double terms;

@@ -158,7 +158,7 @@ typedef void sample_function(const void *arc, const cosine_table *table, int i, 
  * pi. Writes the averages to `mean`, and samples to `v`. Doubles the number of intervals until no
  * average k changes by more than 1e-16 * (average of the absolute value + floor[k]). The relative
  * error of an average is then about the square of its last relative change (exponential
- * convergence). Returns the number of intervals, or 0 without convergence with GRID intervals. */
+ * convergence). Returns the number of intervals, or 0 if GRID intervals are too few. */
 static int average_functions(sample_function *function, const void *arc, int count,
                              const double floor[3], cosine_table *table, samples *v, dd mean[3])
 {
@@ -187,17 +187,16 @@ static int average_functions(sample_function *function, const void *arc, int cou
     }
     return 0;
 }
-/* Integrates an even function of x minus its average, and writes the coefficient of sin(k x) to
- * out[k] for k < n. v[i] is the function at x = pi * i / GRID. Only multiples i of GRID / n are
- * used. */
+/* Integrates an even function of x minus its average. Writes the coefficient of sin(k x) to out[k]
+ * for k < n. v[i] is the function at x = pi * i / GRID, for multiples i of GRID / n. */
 static void integrate_to_sines(const dd v[], const cosine_table *table, int n, double out[])
 {
     const int stride = GRID / n;
     for (int k = 1; k < n; k++) {
         const double sign = k % 2 ? -1.0 : 1.0;
         double sum = 0.5 * (v[0].hi + sign * v[GRID].hi);
-        /* cos(k (pi - x)) is cos(k x) for even k, and -cos(k x) for odd k. The function's values at
-         * x and pi - x are therefore added or subtracted first. The loop ends at x = pi/2. */
+        /* cos(k (pi - x)) is cos(k x) for even k, and -cos(k x) for odd k. Therefore, sums or
+         * differences of the values at x and pi - x are multiplied by cos(k x), up to x = pi/2. */
         for (int i = 1, at = k; i <= n / 2; i++) {
             const double mirrored =
                 2 * i < n ? v[i * stride].hi + sign * v[GRID - i * stride].hi : v[i * stride].hi;
@@ -245,7 +244,7 @@ static kr_quat make_rotation_about_axis_3(double cosine, double sine)
                          : q4(fabs(other), v3(0.0, 0.0, sine < 0.0 ? -half : half));
 }
 /* Writes the components of the space vector v along body axes: the internal axes, turned about axis
- * 3 by the angle with this cosine and sine. `attitude` rotates the internal axes into space. */
+ * 3 by the angle with the given cosine and sine. `attitude` rotates internal axes into space. */
 static void turn_vector_to_body_axes(const dd attitude[4], const dd v[3], dd cosine, dd sine,
                                      dd out[3])
 {
@@ -317,8 +316,8 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
     return KR_OK;
 }
 /* Converts `torus` to the user's axes and units, and sets torus->begin to `begin`. If `own` is
- * nonzero, converts to internal ones, and sets torus->begin to 0. Writes info->period and
- * info->frequency. */
+ * nonzero, converts to internal axes and units instead, and sets torus->begin to 0. Writes the
+ * period and the frequencies to `info`. */
 static void convert_torus_units(kr_torus *torus, const torus_units *way, double begin, int own,
                                 kr_exact_info *info)
 {
@@ -350,7 +349,7 @@ static int is_planar(const torus_start *start, kr_vec3 rates)
     return v_largest(v3(rates.x, rates.y, start->up[2].hi * size)) < slack ||
            v_largest(v3(rates.x, rates.z, start->up[1].hi * size)) < slack;
 }
-/* Returns the reason for refusing a degenerate motion: rest, uniform rotation, planar motion, or
+/* Returns the reason for refusing a degenerate motion: rest, uniform rotation, planar motion, or a
  * small G (torus_start). Allows for rounding errors. Returns `refusal` for other motions. */
 static kr_refusal find_degeneracy(const torus_kind *kind, const torus_start *start,
                                   kr_refusal refusal)
@@ -369,8 +368,7 @@ static kr_refusal find_degeneracy(const torus_kind *kind, const torus_start *sta
 }
 /* Checks a scene, and writes its plan to `memory` by `make_plan`: in the user's axes and units or,
  * if `own` is nonzero, in internal ones. Writes period, frequencies and certificate to `info`.
- * Returns KR_OK or, if a check fails or the certificate exceeds `bound`, an error, with the reason
- * info->refusal. */
+ * Returns an error and sets info->refusal if a check fails or the certificate exceeds `bound`. */
 static kr_status plan_torus(const kr_scene *scene, int own, double bound, const torus_kind *kind,
                             make_torus_plan *make_plan, void *memory, kr_exact_info *info)
 {
@@ -445,9 +443,9 @@ static void advance_by_taylor_series(const torus_kind *kind, double span, body_v
             for (int a = 0; a < 3; a++) view->e[a][i] = e[a][i][n] + span * view->e[a][i];
         }
 }
-/* Returns the larger of the errors of axes [rad] and angular velocity w (relative to 1 + |w|) of
- * the state `later` of the closed form. Correct is `now`, advanced by `span` with a Taylor
- * series. */
+/* Returns the larger of the errors of the axes [rad] and of the angular velocity w (relative to
+ * 1 + |w|) in the state `later` of the closed form. The correct axes and w are `now`, advanced by
+ * the time `span` with a Taylor series. */
 static double find_taylor_error(const torus_kind *kind, body_view now, double span, kr_state later)
 {
     const body_view got = find_rates_and_axes(kind, later);
