@@ -87,7 +87,7 @@ static dd product_coefficient(const gyrostat_series *s, int a, int b, int first,
     }
     return two_sum_ordered(sum.hi, sum.lo);
 }
-/* Writes the Taylor series of m, from the initial value `m` up to the order `last`, to `s`. If
+/* Writes to `s` the Taylor series of m with the initial value `m`, up to the order `last`. If
  * `with_angle` is 1, also writes the series of phi' and of |m| + m.a (order last - 1). Returns the
  * longest time for which the last two terms of m / |m| (and of phi) are at most `tol`. */
 static double expand_momentum_and_angle(const gyrostat *top, gyrostat_series *s, const dd m[3],
@@ -156,8 +156,8 @@ static void set_best_axis(gyrostat *top, const double least_component[DIRECTIONS
     }
 }
 /* Sets a and, in double precision, the period T. If m is near an equilibrium, T is the period of
- * small oscillations. Otherwise, T is the time until m returns to the plane through the initial m
- * perpendicular to the initial m', near the initial m. Returns 0 if this takes more than MOST_STEPS
+ * small oscillations. Otherwise, T is the time until m returns to its initial value, where it
+ * crosses the plane perpendicular to the initial m'. Returns 0 if this takes more than MOST_STEPS
  * steps of the Taylor series, as near separatrices, else 1. */
 static int find_axis_and_period(gyrostat *top, gyrostat_series *s)
 {

@@ -69,8 +69,8 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
         const double far = (o->pair ? root[2].hi : 0.5 * dd_sub(root[2], root[1]).hi) / root[0].hi;
         gap[j] = o->pair ? -far * far : far * far;
     }
-    /* gap[0] (for p+) and gap[1] (for p-) have errors of about 1e-31. The limit for p- is larger,
-     * because the frequencies depend on the logarithm of gap[1]. */
+    /* gap[0] and gap[1], squared distances of roots of p+ and of p-, have errors of about 1e-31.
+     * The limit for gap[1] is larger, because the frequencies depend on its logarithm. */
     if (!(gap[0] > 1e-20)) return gap[0] > -1e-20 ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
     if (!(fabs(gap[1]) > 1e-15)) return KR_REFUSAL_SEPARATRIX;
     o->real = sort_real_roots(o->root, CURVE_ROOTS, o->pair ? 4 : CURVE_ROOTS, o->order);
@@ -192,7 +192,7 @@ static double sum_arc_sine_series(const chaplygin_arc *arc, int which, double s,
     return s * (2.0 * c * even_before + (odd + odd_before));
 }
 
-enum { LEAST_CELLS = 4 };
+enum { LEAST_CELLS = 4 }; /* of an arc */
 /* Coefficients of psi below LEAST_TERM [rad] are left out. The term k of psi is slow if
  * |cos(k rho pi)| is below LEAST_DIVISOR, or if |B_k(0)| would exceed one radian. */
 #define LEAST_TERM 6e-17
@@ -239,8 +239,8 @@ static void fourier_transform(chaplygin_work *w, int n)
 typedef struct arc_place {
     double alpha, x, slope, s, c;
 } arc_place;
-/* Moves `at` to the torus angle `alpha`, between 0 and pi, with an error of x below 1e-9. Bisection
- * replaces Newton steps that would leave an interval which contains the solution. */
+/* Moves the point `at` to the torus angle `alpha`, between 0 and pi, with an error of x below 1e-9.
+ * Bisection replaces Newton steps that leave an interval which contains the solution. */
 static void move_to_alpha(const chaplygin_arc *arc, const kr_chaplygin_arc *e, double alpha,
                           arc_place *at)
 {
@@ -338,8 +338,8 @@ static void sample_second_arc(chaplygin_work *w, int n)
         }
     }
 }
-/* Writes the growth of psi from a section to the next one to growth[i], for the n values of alpha2
- * of w->second. Returns the largest magnitude of the Legendre coefficient of degree 7 of the
+/* Writes the growth of psi from a section to the next one to growth[i], where alpha2 is 2 pi i/n on
+ * the section. Returns the largest magnitude of the Legendre coefficient of degree 7 of the
  * integrand. The error of the quadrature is about the square of this magnitude. */
 static double find_heading_growth(const chaplygin_work *w, int section, int n, double growth[])
 {

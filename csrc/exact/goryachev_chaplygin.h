@@ -40,8 +40,8 @@ typedef struct kr_chaplygin_arc {
     int has_sine[2], has_cosine[2]; /* 1 if the end at x = 0, or at x = pi, is a root of p+, p- */
     double sign;                    /* of sqrt|u| cos(chi/2) for 0 < x < pi */
     double half_rate;               /* rate of half of alpha [turns] */
-    /* Cells are intervals of equal length between alpha = 0 and pi. Each cell has the Chebyshev
-     * coefficients of two odd functions: (x - alpha)/2 [turns], then the periodic part of t. */
+    /* Cells are equal intervals between alpha = 0 and pi. Each cell has the Chebyshev coefficients
+     * of two odd functions of alpha: (x - alpha)/2 [turns], then the periodic part of t. */
     int cells, first; /* `cells` is a power of two; index of the first coefficient */
 } kr_chaplygin_arc;
 /* A slow (nearly resonant) term of the Fourier series of psi, which is discontinuous where alpha1

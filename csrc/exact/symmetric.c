@@ -1,7 +1,7 @@
 /* Set-up, states and turning points of the closed form of a Lagrange top (lagrange.h) or a free
  * body: a kr_exact_form (exact.h, with the symbols of kernel.h). This file is compiled once for
  * each instruction set, because double-double products are three times as fast with fused
- * multiply-add.
+ * multiply-add. Internal axes and units are those of method.h.
  *
  * A torque-free body has the kinetic energy E, the angular momentum m and the principal moments I1,
  * I2 and I3, where I2 is the intermediate one. In the body, m circulates about a principal axis a,
@@ -16,9 +16,9 @@
 #include "math/exponent.h"
 #include "math/trig.h"
 
-/* A top in internal axes and units (method.h), and the data for converting results to the user's
- * axes and units. The internal units are powers of two, and attitude and lever are double-doubles:
- * rounding to double precision would change rates, and cause errors that grow with time. */
+/* A top in internal axes and units, and the data for converting results to the user's axes and
+ * units. The internal units are powers of two, and attitude and lever are double-doubles: rounding
+ * to double precision would change rates, and cause errors that grow with time. */
 typedef struct described_top {
     exact_top own;
     int behind;   /* nonzero if the apex is opposite to the third internal axis */
@@ -27,9 +27,9 @@ typedef struct described_top {
     kr_units units;
 } described_top;
 
-/* Returns |com| of a spherical body. Writes to `tilt` the rotation that maps the third axis of
- * w->axes to the direction of `com`; its angle is a rounding error. `com` has components along the
- * principal axes. */
+/* Returns |com| of a spherical body. Writes to `tilt` the rotation that maps the third internal
+ * axis (w->axes) to the direction of `com`; its angle is a rounding error. `com` has components
+ * along the principal axes. */
 static dd find_com_length_and_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
@@ -364,8 +364,8 @@ static int find_precession_sign(const initial *s, dd one_minus_u, dd one_plus_u,
     return fabs(all) <= tol * size ? 0 : all < 0.0 ? -1 : 1;
 }
 /* Returns the type of motion (kr_nutation) of a heavy top with a nonnegative lever, given its least
- * and greatest nutation angles [rad]. Differences of angles up to KR_INPUT_RTOL [rad] count as
- * zero. So do rates up to this fraction of the terms in their formulas. */
+ * and greatest nutation angles [rad]. Angles that differ by at most KR_INPUT_RTOL [rad] count as
+ * equal. Rates up to this fraction of the terms in their formulas count as zero. */
 static const char *classify_heavy_motion(const initial *s, const turning_points *r, double least,
                                          double greatest)
 {
