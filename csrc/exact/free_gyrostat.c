@@ -199,7 +199,7 @@ static int find_axis_and_period(gyrostat *top, gyrostat_series *s)
 }
 /* Integrates m and phi over the approximate period. Adds to top->period the time in which m would
  * move from its last to its first value. For this corrected period, writes samples of m and phi and
- * the growth of phi. Returns the relative correction, or infinity if m does not return. */
+ * the growth of phi. Returns |correction| / period, or infinity if m does not return. */
 static double integrate_and_correct_period(gyrostat_memory *memory)
 {
     gyrostat *top = &memory->top;

@@ -39,7 +39,7 @@ typedef struct kr_chaplygin_arc {
     int pair;
     int has_sine[2], has_cosine[2]; /* 1 if the end at x = 0, or at x = pi, is a root of p+, p- */
     double sign;                    /* of sqrt|u| cos(chi/2) for 0 < x < pi */
-    double half_rate;               /* rate of half of alpha [turns] */
+    double half_rate;               /* of half of alpha [turns per unit of tau] */
     /* Cells are equal intervals between alpha = 0 and pi. Each cell has the Chebyshev coefficients
      * of two odd functions of alpha: (x - alpha)/2 [turns], then the periodic part of t. */
     int cells, first; /* `cells` is a power of two; index of the first coefficient */
