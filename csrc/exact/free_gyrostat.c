@@ -9,11 +9,12 @@
  * unit vector a by the angle phi, and the shortest rotation S from m to |m| a, with
  *     phi' = (2 E + w.(h + |m| a)) / (|m| + m.a),   2 E = w.(m - h).
  * First, the period T of m is computed in double precision. A Taylor series in double-doubles over
- * this time then gives a more accurate T, the growth Om T of phi in a period, and samples of m and
- * phi. The coefficients of the Fourier series X and Y (torus.h) in theta = 2 pi t/T follow. X and Y
- * are proportional to e^{-i Om t/2} (w + i z) and e^{-i Om t/2} (x + i y), where the quaternion
- * (w, x, y, z) is R S in axes whose third axis is a. The pair X, Y without poles at complex t needs
- * the fewest coefficients. Its norm is D = |X|^2 + |Y|^2 (set_log_norm_samples). */
+ * this time gives a more accurate T, the growth Om T of phi in a period, and samples of m and phi.
+ * They determine two Fourier series X and Y in theta = 2 pi t/T: with the quaternion (w, x, y, z)
+ * of R S in axes whose third axis is a,
+ *     (X, Y) = sqrt(D) e^{-i Om t/2} (w + i z, x + i y),   D = |X|^2 + |Y|^2.
+ * The periodic D(t) (set_log_norm_samples) is such that X and Y have no poles at complex t, and
+ * need the fewest coefficients. */
 #include "torus.h"
 
 enum {
@@ -73,8 +74,8 @@ static void set_coefficient(gyrostat_series *s, int series, int order, dd value)
     s->hi[series][order] = value.hi;
     s->lo[series][order] = order > s->deep ? 0.0 : value.lo;
 }
-/* Returns the coefficient of order n of the product of the series a and b. Terms with coefficients
- * of the series a below the order `first` are left out. */
+/* Returns the coefficient of order n of the product of two series in `s`, which have the indices a
+ * and b. The coefficients of series a below the order `first` count as zero. */
 static dd product_coefficient(const gyrostat_series *s, int a, int b, int first, int n)
 {
     dd sum = dd_of(0.0);
@@ -86,9 +87,9 @@ static dd product_coefficient(const gyrostat_series *s, int a, int b, int first,
     }
     return two_sum_ordered(sum.hi, sum.lo);
 }
-/* Writes the Taylor series of m up to the order `last` to `s`, given the initial value `m`, and if
- * `with_angle` is nonzero, also the series of phi' and |m| + m.a. Returns the longest step in time
- * for which the last two terms of the series of m / |m| and phi are at most `tol`. */
+/* Writes to `s` the Taylor series of m with the initial value `m`, up to the order `last`. If
+ * `with_angle` is 1, also writes the series of phi' and of |m| + m.a (order last - 1). Returns the
+ * longest time for which the last two terms of m / |m| (and of phi) are at most `tol`. */
 static double expand_momentum_and_angle(const gyrostat *top, gyrostat_series *s, const dd m[3],
                                         int with_angle, int last, double tol)
 {
@@ -134,8 +135,9 @@ static double find_frequency_square(const gyrostat *top, kr_vec3 equilibrium)
            v_dot(w, v_add(w, am)) - v_dot(w, equilibrium) * (a.x + a.y + a.z);
 }
 static kr_vec3 get_axis_candidate(int d) { return v3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1); }
-/* Sets a to the candidate d (get_axis_candidate) with the largest least_component[d], the minimum
- * of m.a over a period. Sets the members of `top` that depend on a. */
+/* Sets a, and the members of `top` that depend on a. a is the unit vector along the candidate d
+ * (get_axis_candidate) with the largest least_component[d]: the minimum over a period of the
+ * component of m along this candidate. */
 static void set_best_axis(gyrostat *top, const double least_component[DIRECTIONS])
 {
     int best = 0;
@@ -153,9 +155,10 @@ static void set_best_axis(gyrostat *top, const double least_component[DIRECTIONS
                                                  dd_mul(top->rest[i], arm)));
     }
 }
-/* Sets a and, in double precision, the period T: that of small oscillations if m is near an
- * equilibrium, else the time until m returns to the plane through the initial m perpendicular to
- * the initial m'. Returns 0 if m does not return within MOST_STEPS steps, as near separatrices. */
+/* Sets a and, in double precision, the period T. If m is near an equilibrium, T is the period of
+ * small oscillations. Otherwise, T is the time until m returns to its initial value, where it
+ * crosses the plane perpendicular to the initial m'. Returns 0 if this takes more than MOST_STEPS
+ * steps of the Taylor series, as near separatrices, else 1. */
 static int find_axis_and_period(gyrostat *top, gyrostat_series *s)
 {
     const kr_vec3 start = v_round(top->start), along = find_momentum_rate(top, start);
@@ -194,9 +197,9 @@ static int find_axis_and_period(gyrostat *top, gyrostat_series *s)
     set_best_axis(top, least);
     return has_returned;
 }
-/* Integrates m and phi over the approximate period, and writes their samples and the growth of phi.
- * Corrects the period by the distance of the last m from the first. Returns the relative change, or
- * infinity if m does not return. */
+/* Integrates m and phi over the approximate period. Adds to top->period the time in which m would
+ * move from its last to its first value. For this corrected period, writes samples of m and phi and
+ * the growth of phi. Returns |correction| / period, or infinity if m does not return. */
 static double integrate_and_correct_period(gyrostat_memory *memory)
 {
     gyrostat *top = &memory->top;
@@ -253,8 +256,8 @@ static double integrate_and_correct_period(gyrostat_memory *memory)
     const double beside = v_length(v_sub(v_round(miss), v_scale(late.hi, along)));
     return beside < 1e-10 * top->size.hi ? fabs(late.hi) / period.hi : INFINITY;
 }
-/* Writes the coefficients of e^{i n theta} in the Fourier series of the two complex functions with
- * the samples memory->sample. Returns the sum of the magnitudes of the four real numbers. */
+/* Writes the Fourier coefficients of e^{i n theta} of the two complex functions with the samples
+ * memory->sample to `out`. Returns the sum of the magnitudes of the real numbers in `out`. */
 static double fourier_coefficient(const gyrostat_memory *memory, int n, double out[4])
 {
     double sum[4] = {0.0, 0.0, 0.0, 0.0};
@@ -269,11 +272,11 @@ static double fourier_coefficient(const gyrostat_memory *memory, int n, double o
     for (int i = 0; i < 4; i++) out[i] = sum[i] / SAMPLES;
     return fabs(out[0]) + fabs(out[1]) + fabs(out[2]) + fabs(out[3]);
 }
-/* Writes samples of ln D (opening comment) by integrating its second derivative twice, term by term
- * in a Fourier series. With d = m - h and B = A - tr(A)/3, the second derivative is
+/* Writes samples of ln D (opening comment) to memory->log_d. The second derivative of ln D is
+ * integrated twice, term by term in a Fourier series. With d = m - h and B = A - tr(A)/3, it is
  *     |B d|^2 - m.(tr(A) B/3 - B^2) h
- * minus its average over a period. For a nearly spherical body, B is small and nothing cancels.
- * Returns a bound on the range of ln D, or infinity if the samples do not resolve ln D. */
+ * minus the average of this expression over a period. For a nearly spherical body, B is small and
+ * nothing cancels. Returns a bound on max ln D - min ln D, or infinity if SAMPLES is too small. */
 static double set_log_norm_samples(gyrostat_memory *memory)
 {
     const gyrostat *top = &memory->top;
@@ -302,8 +305,8 @@ static double set_log_norm_samples(gyrostat_memory *memory)
     }
     return 4.0 * total;
 }
-/* Writes samples of (X, Y) = sqrt(D) e^{-i Om t/2} (w + i z, x + i y), where (w, x, y, z) is R S in
- * axes whose third axis is a. The rotation `tilt` maps e3 to a. */
+/* Writes samples of X and Y (opening comment) to memory->sample. `tilt` rotates the principal axes
+ * to the axes in which (w, x, y, z) is R S: the third axis to a. */
 static void set_spinor_samples(gyrostat_memory *memory, kr_quat tilt)
 {
     for (int k = 0; k < SAMPLES; k++) {
@@ -336,8 +339,9 @@ static int set_plan_coefficients(gyrostat_memory *memory)
     memcpy(memory->plan.coefficient, all[first], (size_t)(last + 1 - first) * sizeof *all);
     return 1;
 }
-/* Computes the closed form in internal units, or returns the reason for a failure. Writes the
- * rotation `tilt` from e3 to a and, to `certificate`, the largest error of R S at some samples. */
+/* Computes the closed form in internal units. Writes to `tilt` a rotation of the third principal
+ * axis to a, and to `certificate` the largest error of R S at some samples, at least
+ * KR_TORUS_ROUNDING. Returns KR_REFUSAL_NONE, or the reason for a failure. */
 static kr_refusal compute_closed_form(gyrostat_memory *memory, kr_quat *tilt, double *certificate)
 {
     for (int k = 0; k < SAMPLES; k++)

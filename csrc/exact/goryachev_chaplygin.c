@@ -7,21 +7,35 @@
  * principal axis with moment 1/4, directed such that G is not negative. With the momentum L and the
  * upward vertical g = e3 in the body frame, and <L, g> = 0,
  *     H = (L1^2 + L2^2 + 4 L3^2)/2 + g1,  G = L3 (L1^2 + L2^2) - L1 g3,
- *     p+-(u) = 2 u^3 - (H +- 1) u - G/2.
+ *     p+-(u) = 2 u^3 - (H +- 1) u - G/2,
+ *     u exp(i chi) = (g1 u - L1 g3/2) + i (L2 g3/2 - g2 u)  with an angle chi.
  * Chaplygin's variables u1 > 0 > u2 are the roots of u^2 - L3 u - (L1^2 + L2^2)/4. Each moves on an
- * arc between roots of p+ and p-, with du/d tau = +-sqrt(-p+ p-) in the time d tau = dt/|L| (S. A.
+ * arc between two roots of p+ p-, with du/d tau = +-sqrt(-p+ p-) in the time d tau = dt/|L| (S. A.
  * Chaplygin, 1901). On an arc
  *     u = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
- * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x. The trapezoidal rule for
- * averages of P converges exponentially. The torus angle alpha of an arc is x plus a sine series in
- * x, and grows linearly with tau. The time t is a multiple of tau plus a periodic function of each
- * alpha. The heading psi (goryachev_chaplygin.h) is the angle of the horizontal vector L. */
+ * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x. The torus angle alpha of
+ * an arc is x plus a sine series in x, and grows linearly with tau. The time t is a multiple of tau
+ * plus a periodic function of each alpha.
+ *
+ * The heading psi (goryachev_chaplygin.h) is the angle of the horizontal vector L. Let rho be the
+ * rate of alpha2 divided by the rate of alpha1. On the section (line) alpha1 = a, psi is the real
+ * part of the sum of B_k(a) exp(i k alpha2), with integer or half-odd k >= 0. On the next section,
+ * alpha1 = a + h, the coefficients are
+ *     B_k(a + h) = exp(-i k rho h) (B_k(a) + G_k),
+ * where G_k are the coefficients of the change of psi between the two sections. This change is
+ * computed by quadrature, for the same values of alpha2 on each section. Sections from 0 to pi
+ * suffice: psi changes its sign when alpha1 grows by 2 pi, and is an even or an odd function of the
+ * two angles. For the same reasons, the real or the imaginary part of B_k(pi) is zero. This
+ * condition determines B_k(0) after a division by cos(k rho pi). If this divisor is small, the term
+ * k is slow (kr_slow_term): B_k(0) is set to 0, and the series is discontinuous at alpha1 = pi. The
+ * error of a slow term grows linearly with time, but more slowly than the effect of rounding the
+ * initial state. */
 #include "goryachev_chaplygin.h"
 enum { GRID = 2048 };
 #include "torus_setup.h"
 
 /* The constants of a motion, and its branch points: the roots of p+ have the indices 0, 1 and 2,
- * and those of p- the indices 3, 4 and 5. */
+ * and the roots of p- have the indices 3, 4 and 5. */
 enum { CURVE_ROOTS = 6 };
 typedef struct chaplygin_curve {
     dd H, G;
@@ -55,8 +69,8 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
         const double far = (o->pair ? root[2].hi : 0.5 * dd_sub(root[2], root[1]).hi) / root[0].hi;
         gap[j] = o->pair ? -far * far : far * far;
     }
-    /* The errors of gap[] are about 1e-31. The limit for p- is larger, because the frequencies
-     * depend on the logarithm of gap[1]. */
+    /* gap[0] and gap[1], squared distances of roots of p+ and of p-, have errors of about 1e-31.
+     * The limit for gap[1] is larger, because the frequencies depend on its logarithm. */
     if (!(gap[0] > 1e-20)) return gap[0] > -1e-20 ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
     if (!(fabs(gap[1]) > 1e-15)) return KR_REFUSAL_SEPARATRIX;
     o->real = sort_real_roots(o->root, CURVE_ROOTS, o->pair ? 4 : CURVE_ROOTS, o->order);
@@ -64,9 +78,9 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
 }
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* Sets the coefficients A, B, C, a and b of the arc from the real root with the place `low` in
- * ascending order to the next higher one. C is such that the roots next to the arc on both sides
- * are, as values of x, as far from the real axis as possible. */
+/* Sets up the arc between the real roots o->order[low] and o->order[low + 1]: its members A, B, C,
+ * a and b. C is such that the next real roots below and above the arc are, as values of the complex
+ * angle x, as far from the real axis as possible. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
@@ -178,23 +192,9 @@ static double sum_arc_sine_series(const chaplygin_arc *arc, int which, double s,
     return s * (2.0 * c * even_before + (odd + odd_before));
 }
 
-/* Set-up of the series of a Goryachev-Chaplygin top: x - alpha and the periodic part of t as
- * functions of the torus angle alpha of each arc, and the heading psi.
- *
- * Let rho be the rate of alpha2 divided by that of alpha1. On the section (line) alpha1 = a, psi is
- * the real part of the sum of B_k(a) exp(i k alpha2). On the next section, alpha1 = a + h, the
- * coefficients are
- *     B_k(a + h) = exp(-i k rho h) (B_k(a) + G_k),
- * where G_k are the coefficients of the change of psi between the two sections. This change is
- * computed by quadrature, for the same values of alpha2 on each section. Sections from 0 to pi
- * suffice: psi changes its sign when alpha1 grows by 2 pi, and is an even or an odd function of the
- * two angles. For the same reasons, the real or the imaginary part of B_k(pi) is zero. This
- * condition determines B_k(0) after a division by cos(k rho pi). If this divisor is small, B_k(0)
- * is set to 0, and psi is discontinuous at alpha1 = pi: the term k is slow (kr_slow_term). Its
- * error grows linearly with time, but more slowly than the effect of rounding the initial state. */
-enum { LEAST_CELLS = 4 };
-/* Terms of the heading below LEAST_TERM are left out. Terms with a divisor below LEAST_DIVISOR, or
- * with an amplitude above one radian, are slow. */
+enum { LEAST_CELLS = 4 }; /* of an arc */
+/* Coefficients of psi below LEAST_TERM [rad] are left out. The term k of psi is slow if
+ * |cos(k rho pi)| is below LEAST_DIVISOR, or if |B_k(0)| would exceed one radian. */
 #define LEAST_TERM 6e-17
 #define LEAST_DIVISOR 0.025
 
@@ -239,8 +239,8 @@ static void fourier_transform(chaplygin_work *w, int n)
 typedef struct arc_place {
     double alpha, x, slope, s, c;
 } arc_place;
-/* Changes `at` to a point whose x differs by less than 1e-9 from that of the given alpha, by Newton
- * steps in an interval that contains the solution. alpha is between 0 and pi. */
+/* Moves the point `at` to the torus angle `alpha`, between 0 and pi, with an error of x below 1e-9.
+ * Bisection replaces Newton steps that leave an interval which contains the solution. */
 static void move_to_alpha(const chaplygin_arc *arc, const kr_chaplygin_arc *e, double alpha,
                           arc_place *at)
 {
@@ -271,10 +271,10 @@ static void fill_cosines_at_nodes(chaplygin_work *w)
                          &w->wave_at_node[k][i]);
         }
 }
-/* Writes the Chebyshev coefficients of (x - alpha)/2 [turns] and then of the periodic part of t in
- * a cell to `out`. `at` moves through the nodes, in descending order of alpha if `is_falling` is 1.
- * Returns the largest of the last two coefficients of both functions, where those of t are divided
- * by the larger of arc->q and the largest value of the periodic part. */
+/* Writes the Chebyshev coefficients of two functions of alpha in a cell to `out`: (x - alpha)/2
+ * [turns], then the periodic part of t. `at` moves through the nodes, in descending order of alpha
+ * if `is_falling` is 1. Returns the largest of the last two coefficients of both functions. Those
+ * of t are relative to the larger of arc->q and the largest sample of the periodic part. */
 static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
                               const kr_chaplygin_arc *e, int cell, int is_falling, arc_place *at,
                               double out[])
@@ -299,10 +299,10 @@ static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
         }
     return tail;
 }
-/* Fills the cells of arc j in the plan. The number of cells is doubled until the last Chebyshev
- * coefficients are below 4e-15, or once more after they fall below 1e-11, which reduces them below
- * 1e-15. The first cell is the one with the largest |u|, because the singularities are nearest to
- * it. Returns 0 if the last coefficients are not below 1e-13. */
+/* Fills the cells (kr_chaplygin_arc) of arc j in the plan. The number of cells is doubled until the
+ * last Chebyshev coefficients are below 4e-15, or once more after they fall below 1e-11, which
+ * reduces them below 1e-15. The cell with the largest |u|, where they are largest, is tried first.
+ * Returns 0 if they are not below 1e-13. */
 static int make_cells(chaplygin_work *w, int j)
 {
     kr_chaplygin_plan *const plan = &w->plan;
@@ -338,9 +338,9 @@ static void sample_second_arc(chaplygin_work *w, int n)
         }
     }
 }
-/* Writes the growth of psi from a section to the next one for the n values of alpha2 of w->second.
- * The error of the quadrature is about the square of the result, which is the largest Legendre
- * coefficient of degree 7 of the integrand. */
+/* Writes the growth of psi from a section to the next one to growth[i], where alpha2 is 2 pi i/n on
+ * the section. Returns the largest magnitude of the Legendre coefficient of degree 7 of the
+ * integrand. The error of the quadrature is about the square of this magnitude. */
 static double find_heading_growth(const chaplygin_work *w, int section, int n, double growth[])
 {
     const kr_chaplygin_plan *const plan = &w->plan;
@@ -367,8 +367,8 @@ static double find_heading_growth(const chaplygin_work *w, int section, int n, d
     }
     return most;
 }
-/* Replaces the n samples v of a function of alpha2 by the coefficients of n/2 cosines and n/2 sines
- * of multiples of alpha2. Returns the largest magnitude in the last eighth of both. */
+/* Replaces the n samples v of a function of alpha2 by its Fourier coefficients: n/2 of cosines,
+ * then n/2 of sines. Returns the largest magnitude in the last eighth of each half of v. */
 static double convert_samples_to_fourier(chaplygin_work *w, int n, double v[])
 {
     const kr_chaplygin_plan *const plan = &w->plan;
@@ -390,9 +390,9 @@ static dd find_phase_growth(const kr_chaplygin_plan *plan, dd ratio, int k, doub
     const dd turns = dd_times(alpha1_turns * (k + 0.5 * !plan->is_whole), ratio);
     return dd_make(turns.hi - nearest(turns.hi), turns.lo);
 }
-/* Appends the slow term k to the plan. `miss` is the part of B_k(pi), real or imaginary, that
- * should be zero. The term jumps by 2 * miss at alpha1 = pi, where half of alpha2 is `half` turns.
- * Returns 0 if there are too many slow terms. */
+/* Appends the slow term k of psi to the plan. `miss` is the part of B_k(pi), real or imaginary,
+ * that should be zero. At alpha1 = pi, where half of alpha2 is `half` turns, the term jumps with
+ * the amplitude 2 * miss. `ratio` is rho. Returns 0 if there is no room. */
 static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double miss, dd half)
 {
     if (plan->slow_terms == SLOW_TERMS) return 0;
@@ -408,9 +408,9 @@ static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double mis
     sincos_turns(dd_half(step), &e->sine, &unused);
     return 1;
 }
-/* Replaces the coefficients of the change of psi after each section (conjugates of G_k) by those of
- * psi on this section (conjugates of B_k), for k < n/2. `ratio` is rho. `half` is half of alpha2
- * [turns] at alpha1 = pi. Returns 0 if there are too many slow terms. */
+/* On each section, replaces the coefficients of the change of psi until the next section (complex
+ * conjugates of G_k) by the coefficients of psi (complex conjugates of B_k), for n/2 terms. `ratio`
+ * is rho. `half` is half of alpha2 [turns] at alpha1 = pi. Returns 0 if too many are slow. */
 static int convert_changes_to_series(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
 {
     plan->slow_terms = 0;
@@ -451,8 +451,8 @@ static void drop_small_terms(kr_chaplygin_plan *plan, int n)
 }
 /* Computes the Fourier series of psi on the sections. `ratio` is rho. `half` is half of alpha2
  * [turns] at alpha1 = pi. Doubles the number of sections until the error of the quadrature is
- * negligible, and then the number of samples n until the last coefficients are negligible. Returns
- * 0 if the plan has too little room, or too many terms are slow. */
+ * negligible, and then the number n of samples on a section until the last coefficients are
+ * negligible. Returns 0 if the plan has too little room for coefficients or slow terms. */
 static int make_sections(chaplygin_work *w, dd ratio, dd half)
 {
     kr_chaplygin_plan *const plan = &w->plan;
@@ -489,8 +489,9 @@ typedef struct separation {
     dd u[2];
     cdd root[2];
 } separation;
-/* Sets H and G. If G is negative, turns the axes of the closed form through pi about axis 1, which
- * reverses the sign of G. */
+/* Sets o->H, o->G and start->has_small_G. If G is negative, turns the axes of the closed form
+ * through pi about axis 1, which reverses the sign of G: converts `start` and `way` to these
+ * axes. */
 static void set_integrals(torus_start *start, torus_units *way, chaplygin_curve *o)
 {
     dd *const L = start->momentum, *const g = start->up;
@@ -510,9 +511,8 @@ static void set_integrals(torus_start *start, torus_units *way, chaplygin_curve 
     }
     start->has_small_G = o->G.hi < 1e-9;
 }
-/* Computes the initial u1 and u2, and for each of them a square root of |u| exp(i chi), where
- * u exp(i chi) = (g1 u - L1 g3/2) + i (L2 g3/2 - g2 u). The sign of the second square root follows
- * from L1 - i L2 = -2i * product of the two square roots. */
+/* Returns the initial u1 and u2 and, for each of them, a square root of |u| exp(i chi). The sign of
+ * the second square root follows from L1 - i L2 = -2i * (product of the two square roots). */
 static separation find_separation_variables(const torus_start *start)
 {
     const dd *const L = start->momentum, *const g = start->up;
@@ -532,8 +532,8 @@ static separation find_separation_variables(const torus_start *start)
     if (product.im.hi * L[0].hi + product.re.hi * L[1].hi < 0.0) y.root[1] = cdd_neg(y.root[1]);
     return y;
 }
-/* Returns half of the initial torus angle [turns] of an arc, given u and `root`, a square root of
- * |u| exp(i chi). Writes the initial periodic part of t to `time`. Sets e->sign. */
+/* Returns half of the initial torus angle [turns] of an arc, given u and `root` from
+ * find_separation_variables. Writes the initial periodic part of t to `time`. Sets e->sign. */
 static dd find_initial_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaplygin_arc *e,
                              double *time)
 {
@@ -566,8 +566,8 @@ static void set_slip_bound(kr_chaplygin_plan *plan)
     }
     plan->most_slip = 1.01 * bound / plan->mean;
 }
-/* Sets the rates of the torus angles with respect to tau, and of the mean angles with respect to t.
- * Returns rho, the rate of alpha2 divided by that of alpha1. */
+/* Sets the rates of the torus angles with respect to tau and of the mean angles with respect to t,
+ * and the members of the plan that depend on these rates. Returns rho. */
 static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
 {
     const dd det = dd_add(dd_mul(arc[0].p, arc[1].q), dd_mul(arc[1].p, arc[0].q));
@@ -587,8 +587,9 @@ static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
     plan->ratio = ratio.hi;
     return ratio;
 }
-/* Sets the initial mean angles. `half` is half of each initial torus angle [turns]. `time` contains
- * the initial periodic parts of t. Returns half of alpha2 [turns] where alpha1 is pi. */
+/* Sets the initial mean angles, given half of each initial torus angle [turns] and, in `time`,
+ * initial periodic parts of t. `ratio` is rho. Returns half of alpha2 [turns] where alpha1 is
+ * pi. */
 static dd set_mean_angles(kr_chaplygin_plan *plan, dd ratio, const dd half[2], const double time[2])
 {
     const double slip = -(time[0] + time[1]) / plan->mean;
@@ -601,8 +602,7 @@ static dd set_mean_angles(kr_chaplygin_plan *plan, dd ratio, const dd half[2], c
     }
     return dd_add(angle[1], dd_mul(ratio, dd_sub(dd_of(0.25), angle[0])));
 }
-/* Computes the plan, except for the initial heading. Returns the reason for a failure, or
- * KR_REFUSAL_NONE. */
+/* Computes the plan, except for the initial heading. Returns KR_REFUSAL_NONE, or why it failed. */
 static kr_refusal fill_plan_except_heading(const torus_start *start, chaplygin_work *w)
 {
     chaplygin_curve *o = &w->curve;
@@ -612,7 +612,7 @@ static kr_refusal fill_plan_except_heading(const torus_start *start, chaplygin_w
     double time[2];
     if (!(fabs(o->H.hi) < 1e10)) return KR_REFUSAL_COINCIDENT;
     /* Two branch points coincide at G = 0. The motion is then computed with a slightly larger G.
-     * The difference is below rounding errors, unless the motion is planar and unstable. */
+     * The change is below rounding errors, unless the motion is planar and unstable. */
     if (o->G.hi < least) {
         if (is_planar(start, find_rates_and_momentum(&chaplygin, start))) return KR_REFUSAL_PLANAR;
         o->G = dd_of(least);
@@ -677,8 +677,8 @@ static kr_state chaplygin_state(const void *plan, double t)
 static kr_state chaplygin_state_at_angles(const void *memory, double first, double second)
 {
     const kr_chaplygin_plan *plan = memory;
-    /* `first` and `second` are half of the mean angles [turns]. If only integer multiples of alpha2
-     * occur, `second` is the whole angle. */
+    /* `first` is half of the first mean angle [turns]. `second` is half of the second mean angle
+     * or, if plan->is_whole is 1, the whole second mean angle. */
     const double part = plan->is_whole ? 0.5 : 1.0;
     const dd mean[2] = {dd_of(fraction_of_turns(first)), dd_of(part * fraction_of_turns(second))};
     return chaplygin_state_at_phases(plan, plan->torus.begin, mean, 0.0);

@@ -4,10 +4,13 @@
  * (axes of the closed form -> space) is a product of quaternions with the heading psi:
  *     exp(k psi/2) (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k)/sqrt(|m|),
  *     |m| = c1^2 + s1^2 + c2^2 + s2^2,  m = |m| (cos psi, sin psi, 0).
- * Chaplygin's variables u1 > 0 > u2 oscillate on intervals, called arcs. On each arc, with an angle
- * chi, c + i s = sqrt|u| exp(i chi/2). c and s are functions of an angle x, and x - alpha is a
- * periodic function of alpha. t is a multiple of tau plus a periodic function of each alpha.
- * Newton's method solves this equation for tau. Mean angles are the linear parts of alpha(t).
+ * Chaplygin's variables u1 > 0 > u2 oscillate on intervals, called arcs. On the arc of u1, with an
+ * angle chi, c1 + i s1 = sqrt|u1| exp(i chi/2), and likewise on the arc of u2. With an angle x for
+ * each arc, and the sine s and the cosine c of x/2,
+ *     |u| = (A s^2 + B c^2)/D,  D = C s^2 + c^2.
+ * x - alpha is a periodic function of the torus angle alpha of the arc. The time t is a multiple of
+ * tau plus a periodic function of each alpha. Newton's method solves this equation for tau. Mean
+ * angles are the linear parts of alpha1(t) and alpha2(t).
  *
  * psi is not a sum of functions of alpha1 and of alpha2. The lines alpha1 = pi j/J, for the
  * integers j from 0 to J - 1, are called sections. On each section, psi is a Fourier series in
@@ -27,22 +30,23 @@ enum {
 
 /* The arc of one of Chaplygin's variables u, and functions of its torus angle alpha. */
 typedef struct kr_chaplygin_arc {
-    /* |u| = (A s^2 + B c^2)/D, D = C s^2 + c^2, with the sine s and the cosine c of x/2. */
-    double A, B, C;
-    /* The factors a s^2 + b c^2 of the polynomials p+ D^3/2 (indices 0 to 2) and p- D^3/2 (3 to 5)
-     * of goryachev_chaplygin.c. If a root is an end of the arc, its factor is a s^2 or a c^2, and
-     * b = a. If `pair` is 1, the factors 4 and 5 are a[4] s^2 + b[4] c^2 +- i D imaginary. */
+    double A, B, C; /* of |u| and D */
+    /* The factors a s^2 + b c^2 of (p+ D^3)/2 (indices 0 to 2) and (p- D^3)/2 (3 to 5), for the
+     * roots of the polynomials p+ and p- (goryachev_chaplygin.c). The factor of a root at an end of
+     * the arc is a s^2 or a c^2; s^2 or c^2 is left out, by b = a. If `pair` is 1, the factors 4
+     * and 5 are a[4] s^2 + b[4] c^2 +- i * imaginary * D. */
     double a[6], b[6], imaginary;
     int pair;
     int has_sine[2], has_cosine[2]; /* 1 if the end at x = 0, or at x = pi, is a root of p+, p- */
     double sign;                    /* of sqrt|u| cos(chi/2) for 0 < x < pi */
-    double half_rate;               /* rate of half of alpha [turns] */
-    /* Cells are intervals of equal length between alpha = 0 and pi. Each cell has the Chebyshev
-     * coefficients of two odd functions: (x - alpha)/2 [turns], then the periodic part of t. */
+    double half_rate;               /* of half of alpha [turns per unit of tau] */
+    /* Cells are equal intervals between alpha = 0 and pi. Each cell has the Chebyshev coefficients
+     * of two odd functions of alpha: (x - alpha)/2 [turns], then the periodic part of t. */
     int cells, first; /* `cells` is a power of two; index of the first coefficient */
 } kr_chaplygin_arc;
-/* A nearly resonant (slow) term of the Fourier series of psi: its phase changes little in a turn of
- * alpha1. When alpha1 passes (2n + 1) pi, the term jumps by value * sin(phase + n * step). */
+/* A slow (nearly resonant) term of the Fourier series of psi, which is discontinuous where alpha1
+ * is (2n + 1) pi. When alpha1 passes this value, value * sin(2 pi (phase + n * step)) is added to
+ * psi, which makes psi continuous. */
 typedef struct kr_slow_term {
     double value, phase;    /* phase [turns] */
     double step, step_more; /* [turns] */
@@ -52,8 +56,8 @@ typedef struct kr_chaplygin_plan {
     kr_torus torus;
     kr_chaplygin_arc arc[2];
     double mean; /* mean of |m| over tau */
-    /* The slip is the periodic part of tau: tau minus its mean rate times t. |slip| <= most_slip.
-     * `rounding` is the rounding error of the slip. After a step of Newton's method below
+    /* The slip is the periodic part of tau: tau minus t / mean. |slip| <= most_slip. `rounding` is
+     * the rounding error of the slip. After a step of Newton's method (find_true_angles) below
      * `tolerance`, the remaining error is below `rounding`. */
     double most_slip, rounding, tolerance;
     /* The value of psi/2 where the series for psi is zero, in turns, as the sum of two doubles. */
@@ -92,9 +96,9 @@ INLINE cell_place find_cell(const kr_chaplygin_plan *plan, int j, dd half_alpha)
         r.row[lane] = plan->term + arc->first + 2 * CELL_TERMS * (int)at[lane];
     return r;
 }
-/* Writes a function of the torus angle for each of `arcs` arcs at the places p: (x - alpha)/2
- * [turns] if `which` is 0, or the periodic part of t if it is 1. Even and odd terms have separate
- * recurrences (Clenshaw): T_2k(y) = T_k(z), T_2k+1(y) = y (U_k(z) - U_k-1(z)), z = T_2(y). */
+/* Writes (x - alpha)/2 [turns] if `which` is 0, or the periodic part of t if `which` is 1, at the
+ * place p[j] on arc j to out[j], for `arcs` arcs. Even and odd terms have separate recurrences
+ * (Clenshaw): T_{2k}(y) = T_k(z) and T_{2k+1}(y) = y (U_k(z) - U_{k-1}(z)), z = T_2(y). */
 INLINE void evaluate_cell_series(const cell_place p[], int arcs, int which, wide out[])
 {
     const int first = which * CELL_TERMS;
@@ -119,8 +123,8 @@ INLINE void evaluate_cell_series(const cell_place p[], int arcs, int which, wide
 typedef struct chaplygin_point {
     wide c, s, size;
 } chaplygin_point;
-/* Writes |p+| D^3/2 and |p-| D^3/2 without the factor s^2 or c^2 of each end of the arc. ss and cc
- * are s^2 and c^2, with the sine s and the cosine c of x/2. */
+/* Writes (|p+| D^3)/2 and (|p-| D^3)/2 to `out`, without the factor s^2 or c^2 of each end of the
+ * arc. `ss` and `cc` are s^2 and c^2 (opening comment). */
 INLINE void multiply_root_factors(const kr_chaplygin_arc *arc, wide ss, wide cc, wide D,
                                   wide out[2])
 {
@@ -135,8 +139,8 @@ INLINE void multiply_root_factors(const kr_chaplygin_arc *arc, wide ss, wide cc,
         out[k] = wide_abs(out[k]);
     }
 }
-/* Returns the point where x/2 has the sine s and the cosine c. The relative errors remain small
- * where u is close to zero. */
+/* Returns the point of the arc where x/2 has the sine s and the cosine c. The relative errors of
+ * all its members remain small where u is close to zero. */
 INLINE chaplygin_point find_chaplygin_point(const kr_chaplygin_arc *arc, wide s, wide c)
 {
     const wide ss = s * s, cc = c * c, D = arc->C * ss + cc, one = 1.0 / D;
@@ -151,8 +155,8 @@ INLINE chaplygin_point find_chaplygin_point(const kr_chaplygin_arc *arc, wide s,
     }
     return (chaplygin_point){half[0], half[1], (arc->A * ss + arc->B * cc) * one};
 }
-/* Writes the points on the arcs with the indices `from` to `to`, given half of the torus angle of
- * each [turns], to `out`. Writes the periodic parts of t to `time`, unless `time` is NULL. */
+/* Writes points and, unless `time` is NULL, periodic parts of t for the arcs `from` to `to`, given
+ * half of the torus angle of each arc [turns]. Element 0 of each array belongs to arc `from`. */
 INLINE void find_chaplygin_points(const kr_chaplygin_plan *plan, int from, int to, const dd half[],
                                   chaplygin_point out[], wide time[])
 {
@@ -165,10 +169,10 @@ INLINE void find_chaplygin_points(const kr_chaplygin_plan *plan, int from, int t
     for (int j = 0; j < arcs; j++) sincos_turns(phase_plus(half[j], turns[j]), &s[j], &c[j]);
     for (int j = 0; j < arcs; j++) out[j] = find_chaplygin_point(&plan->arc[from + j], s[j], c[j]);
 }
-/* Writes half of each torus angle, given half of each mean angle [turns]. The slip (see
- * kr_chaplygin_plan) is the root of a function with the derivative |m|. log |m| changes by at most
- * one in a unit of tau. The steps of Newton's method stay in an interval that contains the root. A
- * step longer than half of the previous one is replaced by bisection: without this rule, Newton's
+/* Writes half of each torus angle, given half of each mean angle [turns]. The slip
+ * (kr_chaplygin_plan) is the root of a function with the derivative |m|. log |m| changes by at most
+ * one in a unit of tau. The steps of Newton's method stay in an interval that contains the root.
+ * Bisection replaces a step longer than half of the previous one: without this rule, Newton's
  * method could alternate between two points on opposite sides of the root. */
 INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd half[2])
 {
@@ -212,8 +216,8 @@ static const double gauss_node[HEADING_NODES] = {0.019855071751231884, 0.1016667
                                                    0.18134189168918099,  0.15685332293894364,
                                                    0.11119051722668724,  0.050614268145188129};
 
-/* Returns the change of psi while alpha1 grows by `growth` turns from a section, at which alpha1
- * [turns] and half of alpha2 [turns] have the given values. */
+/* Returns the change of psi [rad] while alpha1 grows by `growth` turns from a section, where alpha1
+ * is `alpha1` turns and half of alpha2 is `half_alpha2` turns. */
 INLINE wide integrate_heading_from_section(const kr_chaplygin_plan *plan, wide alpha1, wide growth,
                                            wide half_alpha2)
 {
@@ -227,7 +231,7 @@ INLINE wide integrate_heading_from_section(const kr_chaplygin_plan *plan, wide a
     }
     return plan->span * growth * sum;
 }
-/* Returns psi on the section with the index `section`, from its Fourier series, given half of
+/* Returns psi [rad] on the section with the index `section`, from its Fourier series, given half of
  * alpha2 [turns]. Clenshaw's recurrences for even and for odd terms are independent. */
 INLINE wide sum_heading_series(const kr_chaplygin_plan *plan, wide section, dd half_alpha2)
 {
@@ -265,7 +269,7 @@ INLINE wide sum_heading_series(const kr_chaplygin_plan *plan, wide section, dd h
     return total;
 }
 INLINE wide signed_fraction(dd x) { return (x.hi - nearest(x.hi)) + x.lo; }
-/* Returns the sum of the jumps of all slow terms (kr_slow_term) in whole turns of alpha1. */
+/* Returns what all slow terms (kr_slow_term) add to psi in a number of turns of alpha1. */
 INLINE wide sum_heading_jumps(const kr_chaplygin_plan *plan, wide turns)
 {
     wide sum = wide_splat(0.0);
@@ -282,8 +286,8 @@ INLINE wide sum_heading_jumps(const kr_chaplygin_plan *plan, wide turns)
     }
     return sum;
 }
-/* Returns psi, up to a constant. The torus angles are 2 half[0] + `turns` and 2 half[1], in turns,
- * where `turns` is a whole number. */
+/* Returns psi [rad], up to a constant. The torus angles are 2 half[0] + `turns` and 2 half[1], in
+ * turns, where `turns` is a whole number. */
 INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide turns)
 {
     const wide turn = nearest(2.0 * half[0].hi), ahead = 2.0 * half[0].hi - turn,
@@ -303,8 +307,8 @@ INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide t
     const wide sign = minus_where(is_odd) * (plan->is_even ? side : wide_splat(1.0));
     return sign * value + sum_heading_jumps(plan, turns + turn);
 }
-/* Returns the state at `time`. The mean angles are 2 mean[0] + `turns` and 2 mean[1], in turns,
- * where `turns` is a whole number. */
+/* Returns the state at `time` in the units of plan->torus. The mean angles are 2 mean[0] + `turns`
+ * and 2 mean[1], in turns, where `turns` is a whole number. */
 INLINE state_lanes chaplygin_state_at_phases(const kr_chaplygin_plan *plan, wide time,
                                              const dd mean[2], wide turns)
 {

@@ -1,34 +1,35 @@
-/* Set-up, states and turning points of the closed form (kr_exact_form, kernel.h) of a Lagrange top
- * (lagrange.h) or a free body. This file is compiled once for each instruction set, because
- * double-double products are three times as fast with fused multiply-add.
+/* Set-up, states and turning points of the closed form of a Lagrange top (lagrange.h) or a free
+ * body: a kr_exact_form (exact.h, with the symbols of kernel.h). This file is compiled once for
+ * each instruction set, because double-double products are three times as fast with fused
+ * multiply-add. Internal axes and units are those of method.h.
  *
- * The angular momentum m of a torque-free body circulates in the body about a principal axis a,
- * called axis 3, whose moment I3 is the largest or the smallest; I2 is the intermediate moment. In
- * the axes of the closed form, m points along e3, and the third axis of the body is -a, with the
- * height u = -a.e3 = -c dn(X), where c is the largest a.e3. alpha and beta are theta1 and theta4 in
- * the square of the nome. With the energy T and the sum of Q_n (find_agm_and_sums), both phases
- * grow at the rate
- *     (|m| / I3 + e sum Q_n / 2) / 2,   e = 2T/|m| - |m|/I3,   p0^2 = 1/c^2.
- * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are computed as sums of terms of equal sign (Jacobi
- * 1849; Whittaker, Dynamics, 69). */
+ * A torque-free body has the kinetic energy E, the angular momentum m and the principal moments I1,
+ * I2 and I3, where I2 is the intermediate one. In the body, m circulates about a principal axis a,
+ * called axis 3, whose moment I3 is the largest or the smallest. In the axes of the closed form, m
+ * points along e3, and the third axis of the body is -a. Its height is u = -a.e3 = -c dn, with an
+ * elliptic function dn and the largest value c of a.e3. alpha and beta are proportional to theta1
+ * and theta4 of the square of the nome. Their phases grow at the rate
+ *     (|m| / I3 + e sum Q_n / 2) / 2,   e = 2E/|m| - |m|/I3,
+ * where find_agm_and_sums (lagrange.h) computes sum Q_n for p0^2 = 1/c^2. D1 = |m^2 - 2E I1| and
+ * D3 = |2E I3 - m^2| are sums of terms of equal sign (Jacobi 1849; Whittaker, Dynamics, 69). */
 #include "lagrange.h"
 #include "math/exponent.h"
 #include "math/trig.h"
 
-/* A top in internal axes (method.h) and internal units, and the data for converting results to the
- * user's units. Errors must not grow with time: no value that determines a rate is rounded to
- * double precision. Attitude and lever are double-doubles, and the units are powers of two. */
+/* A top in internal axes and units, and the data for converting results to the user's axes and
+ * units. The internal units are powers of two, and attitude and lever are double-doubles: rounding
+ * to double precision would change rates, and cause errors that grow with time. */
 typedef struct described_top {
     exact_top own;
     int behind;   /* nonzero if the apex is opposite to the third internal axis */
-    dd half_turn; /* half of -rotor / I3, the change of the rate of the spin by the rotor */
+    dd half_turn; /* half of the rate -rotor / I3 that the rotor adds to the spin */
     kr_quat axes; /* internal axes -> frame of description */
     kr_units units;
 } described_top;
 
-/* Writes the rotation `tilt` from the third internal axis of a spherical body to the direction of
- * its centre of mass. The two directions differ by the rounding error of the internal axis. `com`
- * has components along the principal axes. Returns |com|. */
+/* Returns |com| of a spherical body. Writes to `tilt` the rotation that maps the third internal
+ * axis (w->axes) to the direction of `com`; its angle is a rounding error. `com` has components
+ * along the principal axes. */
 static dd find_com_length_and_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
@@ -42,8 +43,8 @@ static dd find_com_length_and_tilt(kr_vec3 com, const kr_working *w, kr_quat *ti
     *tilt = q4(1.0, v3(-c[1].hi / twice, c[0].hi / twice, 0.0));
     return dd_times(size, reach);
 }
-/* Returns half the rate that the rotor adds to the spin, in internal units. For a spherical body
- * with rotated axes, uses the norm of the rotor momentum, which the rotation does not round. */
+/* Returns half the rate -rotor / I3 that the rotor adds to the spin, in internal units. If
+ * w->tilted is 1, the norm of b->rotor replaces |w->rotor.z|, which has a rounding error. */
 static dd find_half_spin_due_to_rotor(const kr_body *b, const kr_working *w, const kr_units *units)
 {
     const double scale = units->time, per_moment = 1.0 / units->moment;
@@ -91,10 +92,9 @@ static kr_status convert_to_internal(const kr_scene *scene, kr_kind kind, descri
     if (fabs(own->lever.hi) < LEAST_LEVER) own->lever = dd_of(0.0);
     return KR_OK;
 }
-
-/* Sets `exact` to a motion with constant |alpha| and |beta|, whose phases have the constant rates
- * `first` and `second` [rad per unit of time]: a sleeping, hanging or resting top, or a symmetric
- * body without torque. `q` is the initial attitude. */
+/* Sets `exact` to a motion with constant |alpha| and |beta|: of a sleeping, hanging or resting top,
+ * or a free body that is symmetric or rotates about a principal axis. The phases of alpha and beta
+ * grow at the rates `first` and `second` [rad per unit of time]. `q` is the initial attitude. */
 static inline void set_up_steady_form(kr_exact_form *exact, kr_quat q, dd first, dd second)
 {
     const double a = length(q.w, q.z), b = length(q.x, q.y);
@@ -113,25 +113,25 @@ static inline void set_up_steady_form(kr_exact_form *exact, kr_quat q, dd first,
                              : a == 0.0 ? -2.0 * second.hi
                                         : first.hi - second.hi;
 }
-/* Sets the linear map e->frame (kernel.h) of a closed form to q -> left * q * right. */
+/* Sets the linear map exact->frame (kernel.h) of a closed form to q -> left * q * right. */
 static inline void set_form_map(kr_exact_form *exact, kr_quat left, kr_quat right)
 {
     set_left_right_map(exact->frame, left, right);
     exact->framed = 1.0;
 }
 
-/* The principal axes, reordered so that axis 2 has the intermediate moment and the angular momentum
- * circulates around axis 3. The component of the angular momentum along axis 3 is nonnegative. */
+/* The principal axes of a free body. Axis 2 has the intermediate moment, and m circulates about
+ * axis 3 (opening comment). The component of m along axis 3 is nonnegative. */
 typedef struct body_axes {
     dd inertia[3], momentum[3], square; /* [M L^2], [M L^2 T^-1], m^2 */
     dd d1, d3;                          /* D1, D3 */
-    dd dm;                              /* |2T I2 - m^2|, which is 0 on the separatrix */
+    dd dm;                              /* |2E I2 - m^2|, which is 0 on the separatrix */
     double sense; /* 1 if I3 is the largest moment, -1 if it is the smallest */
-    kr_quat turn; /* the attitude of these axes in the body */
+    kr_quat turn; /* these axes -> internal axes */
 } body_axes;
 
-/* Returns the rotation that maps e3 to the axis `third`, and e2 to the axis `middle` or its
- * negative. If `reverse` is nonzero, e1 and e3 are mapped to the opposite directions. */
+/* Returns the rotation that maps z to the axis `third`, and y to the axis `middle` or its negative
+ * (axes 0, 1 and 2 are x, y and z). If `reverse` is nonzero, the images of x and z are reversed. */
 static kr_quat find_axis_permutation(int third, int middle, int reverse)
 {
     const double h = 0.5, r = 0.70710678118654752440;
@@ -177,8 +177,7 @@ static body_axes reorder_axes(const double inertia[3], const dd m[3])
     r.turn = find_axis_permutation(high, middle, reverse);
     return r;
 }
-/* Returns a rotation that maps the direction of m to e3. A tiny m, which occurs together with a
- * much larger momentum of a rotor, is scaled up first, because its squares would underflow. */
+/* Returns a rotation that maps m / |m| to e3. A tiny m is scaled up: squares would underflow. */
 static kr_quat find_rotation_to_e3(kr_vec3 m)
 {
     if (v_largest(m) < 0x1p-400) m = v_scale(0x1p500, m);
@@ -187,10 +186,10 @@ static kr_quat find_rotation_to_e3(kr_vec3 m)
     return q_unit(q4(m.y, v3(h, 0.0, m.x)));
 }
 /* Sets up the closed form of a torque-free body that rests, rotates about a principal axis, or has
- * two equal moments. Returns 0 for all other motions. `m` contains the components of the momentum
- * along the principal axes; `square` is |m|^2. `q` is the initial attitude; `left` maps e3 to the
- * direction of m in space. `half_turn` is half the rate that an axial rotor adds to the rotation
- * about axis 3. */
+ * two equal moments, and returns 1. Returns 0 for all other motions. `m` contains the components of
+ * the momentum along the internal axes, and `square` is |m|^2. `q` is the initial attitude. `left`
+ * rotates e3 to the direction of the momentum in space. `half_turn` is half the rate that an axial
+ * rotor adds to the rotation about the third internal axis. */
 static int set_up_steady_free_motion(kr_exact_form *exact, const double inertia[3], const dd m[3],
                                      dd square, dd half_turn, kr_quat q, kr_quat left)
 {
@@ -217,8 +216,9 @@ static int set_up_steady_free_motion(kr_exact_form *exact, const double inertia[
     return 1;
 }
 /* Returns the common rate of the phases of alpha and beta [rad per unit of time], and writes
- * agm(1, k') to `mean`. The arguments `c2`, `flat`, `k2` and `kp` are c^2, 1 - c^2, k^2 and k'. For
- * c^2 <= 1/4, p0^2 = 1 + c2 k2 / flat is used instead, which avoids a division by c. */
+ * agm(1, k') to `mean`. `c2`, `flat`, `k2` and `kp` are c^2, 1 - c^2, k^2 and k'. For c^2 <= 1/4,
+ * the rate follows from sum Q_n for p0^2 = 1 + c2 k2 / flat (DLMF 19.7.8), without division by
+ * c. */
 static dd find_common_phase_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
@@ -232,9 +232,9 @@ static dd find_common_phase_rate(const body_axes *a, dd c2, dd flat, dd k2, dd k
     const dd cross = dd_mul(*mean, dd_sqrt(dd_div(c2, dd_mul(flat, dd_add(flat, ck)))));
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
-/* Sets the theta series of alpha and beta. Their arguments have the same imaginary part y, an
- * incomplete elliptic integral of the first kind. `average` is agm(1, k'); for `c2`, `flat`, `k2`
- * and `kp2` = k'^2, see find_common_phase_rate. */
+/* Sets the theta series of alpha and beta. Their arguments have the same imaginary part y, which an
+ * incomplete elliptic integral of the first kind determines. `c2`, `flat`, `k2` and `kp2` are c^2,
+ * 1 - c^2, k^2 and k'^2, and `average` is agm(1, k'). */
 static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat,
                              dd k2, double kp2, dd average)
 {
@@ -262,15 +262,14 @@ static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2
         scale_theta(&exact->beta, above * quarter / evaluate_poly(exact->beta.even, 0.0));
     }
 }
-/* LEAST_SQUARE is a lower bound imposed on k^2, k'^2 and 1 - c^2 to keep quotients finite. If k'^2
- * is below NEAR_SEPARATRIX_KP2, the initial phase may be measured from the intermediate axis. */
+/* LEAST_SQUARE replaces smaller values of k^2, k'^2 and 1 - c^2, to keep quotients finite. */
 #define LEAST_SQUARE 1e-280
 #define NEAR_SEPARATRIX_KP2 1e-36
 
-/* Returns the initial phase of the nutation in turns, F/4K, if the components of the momentum along
- * axes 1 and 2 are proportional to cn F and sn F. `i31` and `i32` are |I3 - I1| and |I3 - I2|,
- * `kp2` is k'^2, and `mean` is agm(1, k'). Near a separatrix, K is large, and K - F would be
- * inaccurate for F near K. Then K - F is computed from sn(K - F) = cn F / dn F. */
+/* Returns the initial phase of the nutation, F/4K [turns]. The initial momentum has components
+ * proportional to cn F along axis 1, and to a->sense * sn F along axis 2. `i31` and `i32` are
+ * |I3 - I1| and |I3 - I2|, `kp2` is k'^2, and `mean` is agm(1, k'). Near a separatrix, K is large.
+ * For F near K, K - F would then be inaccurate, and is computed from sn(K - F) = cn F / dn F. */
 static dd find_free_nutation_phase(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;
@@ -288,8 +287,8 @@ static dd find_free_nutation_phase(const body_axes *a, dd i31, dd i32, double kp
     if (cn < 0.0) x = pi - x;
     return dd_of((sn < 0.0 ? -x : x) / 6.283185307179586477);
 }
-/* Sets up the closed form of a torque-free body with three distinct moments of inertia that does
- * not rotate about a principal axis. For `q` and `left`, see set_up_steady_free_motion. */
+/* Sets up the closed form of a torque-free body with three distinct moments that does not rotate
+ * about a principal axis. `q` is the initial attitude. `left` rotates e3 to m in space. */
 static void set_up_asymmetric_free_motion(kr_exact_form *exact, const body_axes *a, kr_quat q,
                                           kr_quat left)
 {
@@ -319,8 +318,8 @@ static void set_up_asymmetric_free_motion(kr_exact_form *exact, const body_axes 
              second = angle_in_turns(f[2], f[3], target.x, target.y);
     set_initial_phase(&exact->first, first);
     set_initial_phase(&exact->second, first);
-    /* The rotation about m by the constant difference between the phases of alpha and beta is part
-     * of the linear map e->frame, so that alpha and beta use the same phase. */
+    /* The linear map exact->frame includes the multiplication of beta by
+     * exp(2 pi i (second - first)), so that alpha and beta use the same phase. */
     sin_cos(pi * dd_sub(second, first).hi, &s, &c);
     set_form_map(exact, q_mul(left, q4(c, v3(0.0, 0.0, s))),
                  q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
@@ -328,8 +327,7 @@ static void set_up_asymmetric_free_motion(kr_exact_form *exact, const body_axes 
     /* The spin is the rotation about a, but the third axis of the solution is -a. */
     exact->spin_angle_rate = -exact->spin_angle_rate;
 }
-/* Returns the closed form of a torque-free body, in internal units. `half_turn` is half the rate
- * that an axial rotor adds to the rotation about axis 3. */
+/* `half_turn` is half the rate that an axial rotor adds to the rotation about the third axis. */
 static kr_exact_form make_euler_form(const exact_top *top, dd half_turn)
 {
     const double pair = 0.5 * (top->inertia.x + top->inertia.y);
@@ -349,32 +347,25 @@ static kr_exact_form make_euler_form(const exact_top *top, dd half_turn)
     }
     return exact;
 }
-
-/* The following functions compute the members of kr_nutation (kreisel.h). With m3 = <m, e3>,
- * c = <m, apex> and the nutation th, the energy is
- *     E = I1 th'^2/2 + U(th),   U = (m3 - c cos th)^2 / (2 I1 sin^2 th) + c^2/2 I3 + lever cos th,
- * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 loses no digits near a
- * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. For a torque-free
- * body, the root u3 (lagrange.h) is infinite, but only the product g u3 is used. */
-/* Returns the angle between apex and e3 [rad], given 1 - u and 1 + u for the height u of the apex.
- * Values up to 2e-36 count as zero: recompute_small_distances imposes the lower bound 1e-36. */
+/* Returns the angle between the apex of height u and e3 [rad], given 1 - u and 1 + u. Values up to
+ * 2e-36 count as zero: recompute_small_distances (lagrange.h) sets none below 1e-36. */
 static double find_nutation_angle(dd one_minus_u, dd one_plus_u)
 {
     const double least = 2e-36, low = one_minus_u.hi > least ? one_minus_u.hi : 0.0,
                  high = one_plus_u.hi > least ? one_plus_u.hi : 0.0;
     return 2.0 * atan2(sqrt(low), sqrt(high));
 }
-/* Returns the sign of the precession rate at the height u of the apex, given 1 - u and 1 + u, or 0
- * if the rate is at most `tol` times the sum of the magnitudes of its two terms. */
+/* Returns the sign of the precession rate at the height u of the apex, or 0 if the rate is zero up
+ * to the relative error `tol`. The rate is proportional to the sum of the terms `one` and `two`. */
 static int find_precession_sign(const initial *s, dd one_minus_u, dd one_plus_u, double tol)
 {
     const dd one = dd_mul(s->sum, one_minus_u), two = dd_mul(s->difference, one_plus_u);
     const double all = dd_add(one, two).hi, size = fabs(one.hi) + fabs(two.hi);
     return fabs(all) <= tol * size ? 0 : all < 0.0 ? -1 : 1;
 }
-/* Returns the type of motion of a heavy top (kr_nutation), given its smallest and largest nutation
- * angles [rad]. Gravity must point downwards. Quantities count as equal if they agree within
- * KR_INPUT_RTOL: angles in radians, rates and momenta relative to the terms of their formulas. */
+/* Returns the type of motion (kr_nutation) of a heavy top with a nonnegative lever, given its least
+ * and greatest nutation angles [rad]. Angles that differ by at most KR_INPUT_RTOL [rad] count as
+ * equal. Rates up to this fraction of the terms in their formulas count as zero. */
 static const char *classify_heavy_motion(const initial *s, const turning_points *r, double least,
                                          double greatest)
 {
@@ -403,8 +394,9 @@ static void find_turning_times(const initial *s, const turning_points *r, double
     if (kp <= 1e-74) *high = INFINITY;
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
-/* Returns the turning points, in internal units, of a top whose weight * com along its axis is
- * nonnegative. The initial time is 0. `rotor` is the momentum of an axial rotor divided by I3. */
+/* Returns the turning points (kr_nutation) of a top with a nonnegative lever, in internal units,
+ * for the initial time 0. `rotor` is the momentum of an axial rotor, divided by I3. The member
+ * critical_spin is computed without the rotor. */
 static kr_nutation find_turning_points(const exact_top *top, double rotor)
 {
     const dd i1 = find_equatorial_moment(top);
@@ -445,9 +437,7 @@ static kr_nutation exchange_up_down_in_nutation(kr_nutation r)
     s.lever = -r.lever;
     return s;
 }
-
-/* Returns the closed form of a Lagrange top, in internal units. `half_turn` is half the rate that a
- * rotor adds to the rotation about the symmetry axis. */
+/* `half_turn` is half the rate that a rotor adds to the rotation about the symmetry axis. */
 static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
 {
     const int below = top->lever.hi < 0.0;
@@ -471,9 +461,9 @@ static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
     }
     return s.exact;
 }
-/* Returns 0 if the initial tilt from the vertical and the horizontal momentum are both below 1e-70
- * in internal units, but not both zero. The time that an upright top takes to fall depends on the
- * logarithm of its tilt, and the fourth power of the tilt may underflow below 1e-77. */
+/* Returns 0 for a heavy top if half its initial tilt from the vertical [rad] and its horizontal
+ * momentum [internal units] are both below 1e-70, but not both zero. The time of its fall depends
+ * on their logarithms, and their fourth powers may underflow. Returns 1 for other tops. */
 static int is_initial_tilt_resolved(const kr_scene *scene)
 {
     const kr_working w = kr_body_working(&scene->body);
@@ -519,8 +509,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     info->refusal = KR_REFUSAL_NONE;
     return KR_OK;
 }
-/* Returns 1 if the body, with its rotor, is symmetric about its apex: the direction from the fixed
- * point to the centre of mass or, if these coincide, T. */
+/* Returns 1 if the body, with its rotor, is symmetric about its apex (kreisel.h), else 0. */
 static int is_symmetric_about_apex(const kr_body *body, kr_kind kind)
 {
     const kr_vec3 i = body->inertia, h = body->rotor;
@@ -539,8 +528,8 @@ kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation *out)
         return KR_ERR_METHOD;
     status = convert_to_internal(scene, kind, &top);
     if (status != KR_OK) return status;
-    /* Powers of a momentum that is much smaller than that of the rotor would underflow. Such a
-     * momentum does not move the apex within the times that doubles resolve. */
+    /* Without weight, a momentum below 1e-40 is much smaller than that of the rotor. It does not
+     * move the apex within the times that doubles resolve, but its powers would underflow. */
     if (top.own.lever.hi == 0.0 && v_largest(top.own.m) < 1e-40) top.own.m = v3(0.0, 0.0, 0.0);
     const int below = top.own.lever.hi < 0.0;
     if (below) top.own = exchange_up_and_down(&top.own);

@@ -11,13 +11,14 @@ typedef struct kr_torus {
     double begin;    /* [T] */
     double momentum; /* unit of momentum [M L^2 T^-1] */
     kr_quat frame;   /* user's axes -> axes of the closed form */
-    /* Phases [turns] that grow linearly with time. For tops, the first two are halves of the torus
-     * angles. For a Kowalewski top, the third is half of the heading (kowalewski.h). */
+    /* Phases [turns], linear in time. Kowalewski top (kowalewski.h): theta1/2, theta2/2, and the
+     * linear part of half of the heading. Goryachev-Chaplygin top (goryachev_chaplygin.h): halves
+     * of both mean angles, and 0. Free gyrostat (kr_gyrostat_plan): `first`, `second`, and 0. */
     kr_phase turn[3];
 } kr_torus;
 
 /* The smallest value of kr_exact_info.certificate. In tests of random and degenerate motions over
- * 300 radians, the largest rounding error of a state was ten times as large. */
+ * 300 radians, rounding errors of states were up to ten times this value. */
 #define KR_TORUS_ROUNDING 0x1p-48
 
 /* Returns the i-th phase, in turns, at the time `span` after the initial time. */
@@ -33,8 +34,8 @@ INLINE double fraction_of_turns(double turns)
 {
     return isfinite(turns) ? turns - floor(turns) : NAN;
 }
-/* Returns t minus the initial time [T]. Returns 0 if this time is not below 2^990, or if a phase
- * would change by 2^50 turns or more: the initial state has the right integrals of motion. */
+/* Returns the time t - torus->begin, or 0 if its magnitude is 2^990 or more, or a phase would
+ * change by 2^50 turns or more: the initial state at least has the right integrals of motion. */
 INLINE dd find_elapsed_time(const void *plan, wide t)
 {
     const kr_torus *torus = plan;
@@ -64,8 +65,8 @@ INLINE quat_lanes turn_and_convert_attitude(const kr_torus *torus, wide half_sin
 /* Returns the state at `time`, the initial time plus `span`. `plan` begins with a kr_torus. */
 typedef state_lanes torus_kernel(const void *plan, wide time, dd span);
 #if defined KR_EXACT_LANES
-/* Writes the states at the n times t, one in each SIMD lane. If fewer times than lanes are left, a
- * time is repeated in the last lanes. Attitude and momentum are NaN if t is not finite. */
+/* Writes the states at the n times t[] to out[]. Each call of `kernel` computes LANES states; if
+ * fewer times are left, a time is repeated. Attitude and momentum are NaN if t is not finite. */
 INLINE void evaluate_torus(torus_kernel *kernel, const void *plan, size_t n, const double t[],
                            kr_state out[])
 {
@@ -94,14 +95,14 @@ INLINE kr_state evaluate_torus(torus_kernel *kernel, const void *plan, double t)
 }
 #endif
 
-/* The closed form of a free gyrostat. With the phases `first` and `second`, which grow at constant
- * rates, the attitude q = (w, x, y, z) in the axes of the closed form is
- *     (w + i z, x + i y) = e^{i second} (X(u), Y(u)) / sqrt(|X|^2 + |Y|^2),  u = e^{i first}.
- * X and Y are polynomials in u: their least power of u is part of `second`. */
+/* The closed form of a free gyrostat. The angles `first` and `second` grow at constant rates. X and
+ * Y are polynomials in u = e^{i first}. The attitude is a linear map `map` of q = (w, x, y, z) with
+ *     (w + i z, x + i y) = e^{i second} (X(u), Y(u)) / sqrt(|X|^2 + |Y|^2).
+ * X and Y in free_gyrostat.c have a further factor u^least, which is included in e^{i second}. */
 enum { GYROSTAT_TERMS = 48 };
 typedef struct kr_gyrostat_plan {
     kr_torus torus; /* turn[0] and turn[1] are the phases `first` and `second` */
-    double least;   /* `second` includes the factor u^least, so that all exponents are >= 0 */
+    double least;   /* e^{i second} includes u^least, so that all exponents of u are >= 0 */
     kr_vec3 momentum;
     kr_quat map[4]; /* the attitude is q.w map[0] + q.x map[1] + q.y map[2] + q.z map[3] */
     double terms;

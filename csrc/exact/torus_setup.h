@@ -4,9 +4,9 @@
  * Both tops have two equal principal moments of inertia. Axis 3 is the principal axis whose moment
  * differs from the other two. The centre of mass lies in the plane perpendicular to axis 3. Axis 1
  * passes through the centre of mass; its direction depends on the kind of top and on the sign of
- * gravity (torus_kind). The units are such that mass * |gravity| * |com| = 1. These are the axes
- * and units of the closed form. The internal axes are those of kr_working (model/body.h). e3 is the
- * upward vertical, and m the angular momentum.
+ * gravity (torus_kind). The units are such that mass * |gravity| * |com| = 1, with the moments of
+ * torus_kind. These are the axes and units of the closed form. The internal axes are those of
+ * kr_working (model/body.h). e3 is the upward vertical, and m the angular momentum.
  *
  * The including file must define GRID, a power of two. Averages use up to GRID intervals between 0
  * and pi. The trapezoidal rule converges exponentially for analytic periodic functions. */
@@ -14,8 +14,8 @@
 #define KR_EXACT_TORUS_SETUP_H
 #include "torus.h"
 
-/* Complex arithmetic in double (cx_) and double-double (cdd_) precision, as not every C compiler
- * supports C's complex types. Square roots have a nonnegative real part. */
+/* Complex arithmetic in double (cx_) and double-double (cdd_) precision, because not every C
+ * compiler supports the complex types of C. Square roots have a nonnegative real part. */
 typedef struct cx {
     double re, im;
 } cx;
@@ -102,10 +102,10 @@ static dd refine_root(const cubic *o, dd w, int steps)
     }
     return w;
 }
-/* Writes the roots of a cubic polynomial to `root`. root[0] is the real root farthest from the mean
- * of all roots. If the other roots are real, they are root[1] <= root[2], and the function returns
- * 0. If they are root[1] +- i root[2], with root[2] > 0, it returns 1. Newton's method for root[0]
- * starts farther from the mean than root[0], and therefore converges monotonically. */
+/* Writes the roots of the cubic polynomial `o` to `root`. root[0] is the real root farthest from
+ * the mean of all roots. Returns 0 if the other two roots are real: root[1] <= root[2]. Returns 1
+ * if they are complex: root[1] +- i root[2], with root[2] > 0. Newton's method for root[0] starts
+ * farther from the mean than root[0], and therefore converges monotonically. */
 static int find_cubic_roots(const cubic *o, dd root[3])
 {
     const double h = o->h.hi, c = o->c.hi, rest = o->rest.hi, bend = -h / 3.0,
@@ -134,7 +134,7 @@ static int find_cubic_roots(const cubic *o, dd root[3])
     return 0;
 }
 /* Writes the indices of the real roots among n roots to `order`, in ascending order of the roots,
- * and returns their number. If complex_at < n, roots complex_at and complex_at + 1 are complex. */
+ * and returns their number. If complex_at < n, root[complex_at] and the next root are complex. */
 static int sort_real_roots(const dd root[], int n, int complex_at, int order[])
 {
     int real = 0;
@@ -154,11 +154,11 @@ typedef struct samples {
 } samples;
 /* Writes the values of up to three functions of an arc at the angle pi * i / GRID to `out`. */
 typedef void sample_function(const void *arc, const cosine_table *table, int i, dd out[3]);
-/* Writes the averages of the first `count` functions that `function` computes to `mean`, and their
- * samples to `v`. The number of intervals is doubled until no average changes by more than 1e-16 *
- * (average of the absolute value + floor). As convergence is exponential, the relative error of an
- * average is then about the square of its last relative change. Returns the number of intervals, or
- * 0 if the averages have not converged with GRID intervals. */
+/* Averages the first `count` functions that `function` computes for `arc` over the angles from 0 to
+ * pi. Writes the averages to `mean`, and samples to `v`. Doubles the number of intervals until no
+ * average k changes by more than 1e-16 * (average of the absolute value + floor[k]). The relative
+ * error of an average is then about the square of its last relative change (exponential
+ * convergence). Returns the number of intervals, or 0 if GRID intervals are too few. */
 static int average_functions(sample_function *function, const void *arc, int count,
                              const double floor[3], cosine_table *table, samples *v, dd mean[3])
 {
@@ -187,16 +187,16 @@ static int average_functions(sample_function *function, const void *arc, int cou
     }
     return 0;
 }
-/* Integrates an even function of x minus its average. Writes the coefficient of sin(k x) in the
- * integral to out[k] for k < n. v[i] is the function at pi * i / GRID, for n + 1 equidistant x. */
+/* Integrates an even function of x minus its average. Writes the coefficient of sin(k x) to out[k]
+ * for k < n. v[i] is the function at x = pi * i / GRID, for multiples i of GRID / n. */
 static void integrate_to_sines(const dd v[], const cosine_table *table, int n, double out[])
 {
     const int stride = GRID / n;
     for (int k = 1; k < n; k++) {
         const double sign = k % 2 ? -1.0 : 1.0;
         double sum = 0.5 * (v[0].hi + sign * v[GRID].hi);
-        /* cos(k (pi - x)) is cos(k x) for even k, and -cos(k x) for odd k. The function's values at
-         * x and pi - x are therefore added or subtracted first. The loop ends at x = pi/2. */
+        /* cos(k (pi - x)) is cos(k x) for even k, and -cos(k x) for odd k. Therefore, sums or
+         * differences of the values at x and pi - x are multiplied by cos(k x), up to x = pi/2. */
         for (int i = 1, at = k; i <= n / 2; i++) {
             const double mirrored =
                 2 * i < n ? v[i * stride].hi + sign * v[GRID - i * stride].hi : v[i * stride].hi;
@@ -210,8 +210,8 @@ static void integrate_to_sines(const dd v[], const cosine_table *table, int n, d
 }
 
 /* A kind of top. In units of the closed form, the moments of inertia are ratio/factor, ratio/factor
- * and 1/factor, where `ratio` and `factor` are powers of two. If side * gravity > 0, axis 1 points
- * towards the centre of mass. Otherwise, it points away from the centre of mass. */
+ * and 1/factor, where `ratio` and `factor` are powers of two. `side` is 1 or -1: if side * gravity
+ * is positive, axis 1 points towards the centre of mass, otherwise away from it. */
 typedef struct torus_kind {
     kr_kind kind;
     double ratio, factor, side;
@@ -231,10 +231,10 @@ typedef struct torus_units {
     kr_quat turn;     /* closed form's axes -> internal axes */
     kr_quat axes;     /* closed form's axes -> frame of description */
 } torus_units;
-/* Writes the plan (torus.h) of a motion, given its initial state `start`, to the beginning of
- * `memory`, and a bound on its relative errors to `certificate`. May turn the axes of the closed
- * form, and then changes `start` and the conversion `way` to the new axes. Returns the reason for a
- * failure, or KR_REFUSAL_NONE. */
+/* Writes the plan (torus.h) of a motion with the initial state `start` to the beginning of
+ * `memory`, and the largest relative error found by checks to `certificate`. May turn the axes of
+ * the closed form, and then converts `start` and `way` to the new axes. Returns KR_REFUSAL_NONE, or
+ * the reason for a failure. */
 typedef kr_refusal make_torus_plan(void *memory, torus_start *start, torus_units *way,
                                    double *certificate);
 static kr_quat make_rotation_about_axis_3(double cosine, double sine)
@@ -243,8 +243,8 @@ static kr_quat make_rotation_about_axis_3(double cosine, double sine)
     return cosine >= 0.0 ? q4(half, v3(0.0, 0.0, other))
                          : q4(fabs(other), v3(0.0, 0.0, sine < 0.0 ? -half : half));
 }
-/* Writes the components of the space vector v along the internal axes, after these axes are turned
- * about axis 3 by the angle with this cosine and sine. `attitude` is that of the internal axes. */
+/* Writes the components of the space vector v along body axes: the internal axes, turned about axis
+ * 3 by the angle with the given cosine and sine. `attitude` rotates internal axes into space. */
 static void turn_vector_to_body_axes(const dd attitude[4], const dd v[3], dd cosine, dd sine,
                                      dd out[3])
 {
@@ -254,9 +254,9 @@ static void turn_vector_to_body_axes(const dd attitude[4], const dd v[3], dd cos
     out[1] = dd_sub(dd_mul(cosine, r[1]), dd_mul(sine, r[0]));
     out[2] = r[2];
 }
-/* Checks that a scene describes an undamped top of this kind under gravity, on a support that may
- * rotate about the vertical if `own` is nonzero. Writes the scene's initial state to `start`, and
- * the conversion of axes and units to `way`, or the cause of a failed check to `refusal`. */
+/* Checks that a scene describes an undamped top of this kind under gravity. The support may rotate
+ * about the vertical if `own` is nonzero. Writes the initial state to `start`, and the conversion
+ * of axes and units to `way`. If a check fails, returns an error, with the reason in `refusal`. */
 static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_kind *kind,
                                   kr_refusal *refusal, torus_start *start, torus_units *way)
 {
@@ -315,8 +315,9 @@ static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_ki
     way->attitude = q_unit(q_mul(q, way->axes));
     return KR_OK;
 }
-/* Converts `torus` to the axes and units of the user, with the initial time `begin`, or to internal
- * ones if `own` is nonzero. Writes the period and the frequencies to `info`. */
+/* Converts `torus` to the user's axes and units, and sets torus->begin to `begin`. If `own` is
+ * nonzero, converts to internal axes and units instead, and sets torus->begin to 0. Writes the
+ * period and the frequencies to `info`. */
 static void convert_torus_units(kr_torus *torus, const torus_units *way, double begin, int own,
                                 kr_exact_info *info)
 {
@@ -348,8 +349,8 @@ static int is_planar(const torus_start *start, kr_vec3 rates)
     return v_largest(v3(rates.x, rates.y, start->up[2].hi * size)) < slack ||
            v_largest(v3(rates.x, rates.z, start->up[1].hi * size)) < slack;
 }
-/* Returns the reason for refusing a degenerate motion: rest, uniform rotation, planar motion, or G
- * near 0. Returns `refusal` for other motions. Rounding errors of the initial state are allowed. */
+/* Returns the reason for refusing a degenerate motion: rest, uniform rotation, planar motion, or a
+ * small G (torus_start). Allows for rounding errors. Returns `refusal` for other motions. */
 static kr_refusal find_degeneracy(const torus_kind *kind, const torus_start *start,
                                   kr_refusal refusal)
 {
@@ -365,9 +366,9 @@ static kr_refusal find_degeneracy(const torus_kind *kind, const torus_start *sta
     if (is_planar(start, w)) return KR_REFUSAL_PLANAR;
     return start->has_small_G ? KR_REFUSAL_ZERO : refusal;
 }
-/* Writes the plan of a scene to the beginning of `memory` (its first member is a kr_torus), and the
- * frequencies and certificate to `info`. For `own`, see convert_torus_units. Returns KR_OK or, if a
- * check fails or the certificate exceeds `bound`, an error, whose reason is info->refusal. */
+/* Checks a scene, and writes its plan to `memory` by `make_plan`: in the user's axes and units or,
+ * if `own` is nonzero, in internal ones. Writes period, frequencies and certificate to `info`.
+ * Returns an error and sets info->refusal if a check fails or the certificate exceeds `bound`. */
 static kr_status plan_torus(const kr_scene *scene, int own, double bound, const torus_kind *kind,
                             make_torus_plan *make_plan, void *memory, kr_exact_info *info)
 {
@@ -442,8 +443,9 @@ static void advance_by_taylor_series(const torus_kind *kind, double span, body_v
             for (int a = 0; a < 3; a++) view->e[a][i] = e[a][i][n] + span * view->e[a][i];
         }
 }
-/* Returns the error of the state `later`, which the closed form gives at the time `span` after
- * `now`. The correct state is computed from `now` with a Taylor series. */
+/* Returns the larger of the errors of the axes [rad] and of the angular velocity w (relative to
+ * 1 + |w|) in the state `later` of the closed form. The correct axes and w are `now`, advanced by
+ * the time `span` with a Taylor series. */
 static double find_taylor_error(const torus_kind *kind, body_view now, double span, kr_state later)
 {
     const body_view got = find_rates_and_axes(kind, later);
@@ -458,8 +460,8 @@ static double find_taylor_error(const torus_kind *kind, body_view now, double sp
         fmax(sqrt(square), v_length(v_sub(w, get_angular_velocity(&got))) / (1.0 + v_length(w)));
     return isfinite(miss) ? miss : INFINITY;
 }
-/* Returns the larger of the errors of the attitude and of the momentum (relative to 1 + |m|) of the
- * state s. `attitude` and `momentum` (along body axes) are the correct values. */
+/* Returns the larger of the errors of the attitude [rad] and of the momentum m (relative to
+ * 1 + |m|) of the state s. `attitude` and `momentum` (m along body axes) are the correct values. */
 static double find_state_error(kr_state s, kr_quat attitude, kr_vec3 momentum)
 {
     const double off = v_length(v_sub(q_turn_back(s.q, s.m), momentum)),
