@@ -7,8 +7,7 @@
 #include "math/su2_dd.h"
 
 /* The body of a motion, along the internal axes and in internal units (kr_motion), in double-double
- * numbers (sums of a high and a low word). With up to 16 digits, only `differences` has nonzero low
- * words. */
+ * numbers (high and low words). With up to 16 digits, only `differences` has nonzero low words. */
 typedef struct body_dd {
     vec_dd inertia, lever, rotor;
     vec_dd differences; /* of the moments, more accurate than from `inertia`: y - z, z - x, x - y */
@@ -31,11 +30,9 @@ typedef struct kr_motion {
     /* The work array of the method, whose length is kr_method.work. Checkpoints copy it, so it must
      * not contain pointers. The work array of kr_top.main is aligned to 64 bytes. */
     double *work;
-    /* Further data of the method, such as its kernel or the memory of another library, which
-     * `release` frees. */
+    /* Further data of the method, such as its kernel. `release` frees it. */
     void *aux;
-    /* Nonzero: states are determined only up to a rotation about the vertical
-     * (KR_METHOD_SKIPS_HEADING). */
+    /* Nonzero: states are determined only up to a rotation about e3 (kr_config). */
     int skip_heading;
     /* The number of requested digits, or 0 if `tol` is used. */
     int digits;
@@ -124,8 +121,8 @@ typedef struct kr_tangent_ops {
     /* Propagates n deviations over the last step of a motion. Returns KR_ERR_TANGENT if a result
      * exceeds the range of doubles. */
     kr_status (*advance)(const kr_motion *motion, double *memory, size_t n);
-    /* Writes the n deviations at the time of the last call of kr_method.at. The attitude at this
-     * time is q + motion->low.q. */
+    /* Writes the n deviations at the last time of kr_method.at. The attitude is q +
+     * motion->low.q. */
     void (*evaluate)(const kr_motion *motion, kr_quat q, double *memory, size_t n,
                      kr_deviation out[]);
     /* Returns the largest ratio so far of the last Taylor term of a deviation to its norm. */
@@ -170,8 +167,7 @@ struct kr_method {
     kr_status (*step)(kr_motion *motion, double until);
     /* Writes the attitude, with unit norm, and the momentum at the end of the last step. */
     void (*read)(const kr_motion *motion, kr_state *s);
-    /* Writes the attitude and momentum at the time `clock` in the last step. NULL: no dense
-     * output. */
+    /* Writes the attitude and momentum at the time `clock`, in the last step. NULL: not dense. */
     void (*at)(kr_motion *motion, double clock, kr_state *s);
     /* Writes the states that `at` would write at n times, but faster. The times may lie beyond the
      * last step. May be NULL. */

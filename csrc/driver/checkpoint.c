@@ -3,8 +3,7 @@
  * arrays of its saved motions (kr_top.main and, without dense output, kr_top.saved), the tangents,
  * and a record of each event. A record holds the state of the search for the event, so that a
  * resumed run neither repeats nor misses an event. A restored top continues on the same time grid,
- * with the last step size and order. With dense output, it also evaluates further states in its
- * last step. */
+ * with the last step size and order. With dense output, it can still evaluate its last step. */
 #include "top.h"
 
 typedef struct checkpoint_header {

@@ -23,8 +23,8 @@ quat_dd kr_extended_axes(const kr_top *top)
     return top->is_turned ? qdd_mul(axes, top->body.rest) : qdd_of(q_one());
 }
 /* Returns q* v q for a unit quaternion q. If the rotation is small, the error of each component is
- * small relative to this component of v. The errors of qdd_turn (math/su2_dd.h) are small only
- * relative to |v|. */
+ * small relative to this component of v. Errors of qdd_turn (su2_dd.h) are small relative to
+ * |v|. */
 static vec_dd turn_back_accurately(quat_dd q, vec_dd v)
 {
     const vec_dd across = vdd_scale_exactly(2.0, vdd_cross(v, q.v));
@@ -46,10 +46,9 @@ static vec_dd find_body_momentum_change(const kr_top *top, const kr_state *start
     const quat_dd axes = qdd_of(top->scene.body.axes);
     return top->is_turned ? qdd_mul(qdd_mul(qdd_conj(axes), sum), axes).v : sum.v;
 }
-/* Returns the momentum of the state start + low, along the internal axes. If `low` is NULL, it
- * counts as zero, and the relative error of each component is about one rounding error of
- * double-double arithmetic. The small moment of inertia of a thin rod would amplify larger
- * errors. */
+/* Returns the momentum of the state start + low, along the internal axes. If `low` is NULL (zero),
+ * the relative error of each component is about one rounding error of double-double arithmetic. The
+ * small moment of inertia of a thin rod would amplify larger errors. */
 static vec_dd find_internal_momentum(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_quat axes = top->scene.body.axes;
@@ -102,8 +101,7 @@ static void find_diagonalization_residual(const kr_body *body, double inertia_un
 }
 /* Applies to the symmetric matrix a + diag(moments) the Jacobi rotation that annihilates its
  * element (p, p + 1), with indices modulo 3. Updates `a` and the product `rest` of all rotations.
- * Keeping `moments` apart from `a` preserves the digits of small moments and of differences of
- * moments. */
+ * Keeping `moments` apart from `a` preserves digits of small moments and of small differences. */
 static void apply_jacobi_rotation_dd(const double moments[3], dd a[3][3], quat_dd *rest, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;

@@ -17,9 +17,8 @@ enum {
 
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
-/* Returns the bound that |t| of a requested time must not reach: `horizon` for an adaptive method,
- * and at most 2^50 * |step| for a fixed-step method. At larger |t|, the times of two grid points
- * could round to the same double. */
+/* Returns the bound that |t| of a requested time must not reach: `horizon` or, for a fixed-step
+ * method, at most 2^50 * |step|, beyond which two grid points could round to the same double. */
 static double limit_horizon_to_grid(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));

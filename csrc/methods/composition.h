@@ -44,8 +44,8 @@ static const struct {
 
 /* The coefficients of a step as fractions of the step size, in the order drift[0], kick[0],
  * drift[1], ... The last kick of a step is merged with the first kick of the next step. Between
- * steps, the momentum therefore already includes the first kick of the next step, whose coefficient
- * is `ahead`. */
+ * steps, the momentum thus already includes the first kick of the next step, with the coefficient
+ * `ahead`. */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];

@@ -5,8 +5,7 @@
  * - h) in the inertial frame, the lever L (method.h), the axes E1, E2, E3 of space, which turn with
  * the support, and the angular velocity S of the support. All vectors have components along the
  * body axes; y = (M, E1, E2, E3). The method `extrap` also integrates twelve equations, so the two
- * formulations can be compared. The method extrap_kirchhoff does not conserve the integrals of
- * motion. */
+ * formulations can be compared. The integrals of motion are not conserved. */
 #include "extrapolation.h"
 
 static kr_vec3 rotate_to_space(const double y[GBS_SIZE], kr_vec3 v)

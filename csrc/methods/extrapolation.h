@@ -7,8 +7,7 @@
  * A step is accepted at row j of the table T if the scaled norm (gbs_scaled_distance) of T(j,j) -
  * T(j,j-1) is at most tol (Bodack 2008, 4.1.1). The next step is planned to be accepted at its
  * target row, the row with the least work per unit time. The rules and constants of the step-size
- * control follow ODEX (Hairer, Norsett, Wanner, II.9). The integrals of motion are not
- * conserved. */
+ * control follow ODEX (Hairer, Norsett, Wanner, II.9). No integrals are conserved. */
 #ifndef KR_EXTRAPOLATION_H
 #define KR_EXTRAPOLATION_H
 #include <float.h>
@@ -193,9 +192,9 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
     p->next = (gbs_control){.h = h, .target = row < 2.0 ? 2 : (int)row, .first = 1};
     return KR_OK;
 }
-/* Accepts a trial step, which ends at the time `end` in internal units. Of the two quaternions of
- * the new attitude, the one closer to the previous quaternion, rotated at the mean angular
- * velocity, is chosen, because the top may rotate by more than half a turn per step. */
+/* Accepts a trial step, which ends at the time `end` in internal units. The top may rotate by more
+ * than half a turn per step. The sign of its quaternion is therefore chosen by comparison with the
+ * previous quaternion, rotated at the mean angular velocity. */
 static inline void gbs_accept_step(kr_motion *motion, const gbs_attempt *a, double end)
 {
     gbs_path *p = (gbs_path *)motion->work;

@@ -7,8 +7,7 @@
  * conserves two rational integrals, which differ by O(h^2) from functions of the energy and |M|.
  * The angular momentum vector in space is not conserved. The Hirota-Kimura map applies only to
  * torque-free bodies. An analogous map exists for the Lagrange top, but it does not conserve the
- * length of the body-frame vertical P. Moreover, P alone does not determine the attitude of a
- * top. */
+ * length of the body-frame vertical P, and P alone does not determine the attitude. */
 #include "method.h"
 
 typedef struct {

@@ -65,9 +65,8 @@ static inline int modified_kick_is_step_small(const modified_kick *kick, const k
     return kick->h * kick->h * fmax(rate2, carried * carried) <= max_angle * max_angle;
 }
 /* Applies the processor, or its inverse if `sign` is -1, to q and m. Returns KR_ERR_STEP_SIZE, and
- * leaves q and m unchanged, if h^2 |A| exceeds twice the smallest moment of inertia, because the
- * modification of the potential is then not small, or if the midpoint iteration does not
- * converge. */
+ * leaves both unchanged, if h^2 |A| exceeds twice the smallest moment of inertia, because the
+ * change of the potential is then not small, or if the midpoint iteration does not converge. */
 static inline kr_status modified_kick_apply_processor(const modified_kick *kick, double sign,
                                                       kr_quat *q, kr_vec3 *m)
 {

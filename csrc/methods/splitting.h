@@ -86,9 +86,8 @@ static inline void splitting_kick(splitting *s, const kr_motion *motion, double 
     splitting_add_impulse(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
 }
 
-/* The momentum m in the body frame, and a quaternion r. The quaternion 1 + r is the product of the
- * rotations of the body so far in a drift. They rotate m, in the body frame, in the opposite
- * direction. */
+/* The momentum m in the body frame, and a quaternion r: 1 + r is the product of the rotations of
+ * the body so far in a drift. In the body frame, m rotates opposite to the body. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;

@@ -12,8 +12,7 @@
 
 enum { VESELOV_MOST = 20 };
 
-/* Returns the value of r after one Newton step from r. Ir is I r, and F is the residual r0 I r + r
- * x I r - h M / 2. */
+/* Returns r after one Newton step. Ir is I r, and F is the residual r0 I r + r x I r - h M / 2. */
 static inline kr_vec3 veselov_newton_step(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir, kr_vec3 F)
 {
     kr_vec3 columns[3];
@@ -25,8 +24,7 @@ static inline kr_vec3 veselov_newton_step(kr_vec3 I, double r0, kr_vec3 r, kr_ve
     return v_sub(r, v_solve(columns, F));
 }
 /* Applies the drift of one step to the attitude q, with the moments I and the momentum m in space.
- * `r` holds the initial guess and receives the solution. Returns KR_OK, or KR_ERR_CONVERGENCE; q
- * and r then keep their values. */
+ * `r` holds the initial guess and receives the solution. On failure, q and r keep their values. */
 static inline kr_status veselov_drift(kr_motion *motion, kr_vec3 I, kr_vec3 m, kr_quat *q,
                                       kr_vec3 *r)
 {
