@@ -121,8 +121,8 @@ typedef struct kr_tangent_ops {
     /* Propagates n deviations over the last step of a motion. Returns KR_ERR_TANGENT if a result
      * exceeds the range of doubles. */
     kr_status (*advance)(const kr_motion *motion, double *memory, size_t n);
-    /* Writes the n deviations at the last time of kr_method.at. The attitude is q +
-     * motion->low.q. */
+    /* Writes the n deviations at the time of the last call of kr_method.at. The attitude at this
+     * time is q + motion->low.q. */
     void (*evaluate)(const kr_motion *motion, kr_quat q, double *memory, size_t n,
                      kr_deviation out[]);
     /* Returns the largest ratio so far of the last Taylor term of a deviation to its norm. */

@@ -23,8 +23,7 @@ quat_dd kr_extended_axes(const kr_top *top)
     return top->is_turned ? qdd_mul(axes, top->body.rest) : qdd_of(q_one());
 }
 /* Returns q* v q for a unit quaternion q. If the rotation is small, the error of each component is
- * small relative to this component of v. Errors of qdd_turn (su2_dd.h) are small relative to
- * |v|. */
+ * small relative to this component of v, unlike the errors of qdd_turn (math/su2_dd.h). */
 static vec_dd turn_back_accurately(quat_dd q, vec_dd v)
 {
     const vec_dd across = vdd_scale_exactly(2.0, vdd_cross(v, q.v));

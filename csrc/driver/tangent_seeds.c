@@ -1,8 +1,7 @@
 /* Initialization of tangents, which the integration methods propagate, and their conversion to the
  * user's frame and units. The tangent matrix has 6 rows (rotation vector, change of momentum) and
  * the columns of the groups in KR_TANGENT_LIST (kreisel.h). A seed (kr_seed, method.h) is the input
- * for one column: an initial perturbation, and derivatives of the equations of motion by a
- * parameter. */
+ * for one column: an initial perturbation, and derivatives of the equations by a parameter. */
 #include <math.h>
 #include <string.h>
 #include "model/scene.h"

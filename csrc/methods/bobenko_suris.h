@@ -1,9 +1,9 @@
-/* Code shared by the Bobenko-Suris maps of the Lagrange top. With the step size h, the attitude q,
- * the moments I1 normal to the symmetry axis T and I3 about it, the momentum m in space, the axis a
- * = q e3 q* in space, and the coordinate com_T of the centre of mass,
- *      drift  q <- Cay(h m / I1) q R,    Cay(v) = (1, v/2) / sqrt(1 + |v|^2/4)
- *      kick   m <- m + k e3 x a,         k = h * mass * gravity * com_T
- *      twist  R = (cos s, 0, 0, sin s),  2 s = h c / I3 - 2 atan(h c / (2 I1)),   c = <m,a>
+/* Code shared by the Bobenko-Suris maps of the Lagrange top. Let h be the step size, q the
+ * attitude, m the momentum in space, a = q e3 q* the symmetry axis in space, com_T the coordinate
+ * of the centre of mass along this axis, I3 the moment about it, and I1 the moment normal to it:
+ *     drift  q <- Cay(h m / I1) q R,    Cay(v) = (1, v/2) / sqrt(1 + |v|^2/4)
+ *     kick   m <- m + k e3 x a,         k = h * mass * gravity * com_T
+ *     twist  R = (cos s, 0, 0, sin s),  2 s = h c / I3 - 2 atan(h c / (2 I1)),   c = <m,a>
  * R rotates the body about its symmetry axis by the same angle 2 s in every step, so that the total
  * rotation about this axis is exact. R commutes with drifts and kicks. Therefore, the twists of all
  * n steps are applied together, as R^n, when the state is read. (Theorem 4.2 of Bodack 2008

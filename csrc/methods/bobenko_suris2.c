@@ -1,5 +1,5 @@
 /* The symmetric form of the Bobenko-Suris map: half kick, Cayley drift, half kick.
- *      m+ = m + (h/2) M p x a,    a' = Cay(h m+ / I1) a,    m' = m+ + (h/2) M p x a'
+ *     m+ = m + (h/2) M p x a,    a' = Cay(h m+ / I1) a,    m' = m+ + (h/2) M p x a'
  * with the momentum m, the vector a from the fixed point to the centre of mass, the step size h,
  * the mass M and p = gravity * e3. I1 is the moment about axes normal to the symmetry axis. Cay(v)
  * is the rotation whose quaternion is parallel to (1, v/2). The map is integrable, because it is

@@ -1,14 +1,15 @@
 /* A fourth-order variant of the Bobenko-Suris map of the Lagrange top. With the symmetry axis a (a
- * unit vector in space), the momentum m and u = <a,e3>, a step of size h is the following map, with
- * a different step size e, and two constant rotations about e3 and a (model/map_rates.h):
- *      m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
- * See bobenko_suris.h for I1 and Cay, and bobenko_suris4_state for V', the derivative of a modified
- * potential. The method is explicit and integrable, and needs one kick per step. It conserves the
- * vertical and axial momenta and a modified energy (kr_state_modified_energy). The step size e and
- * the rotations are computed only once, from the initial state. They depend on the orbit, so each
- * step conserves the symplectic form only up to O(h^7). A step size h is refused if 2 h^2 |K| or
- * h^2 * mass * |gravity| * |com| exceeds 1, in units with I1 = 1, because e might not exist. Here,
- * K is the modified energy of a top with I3 = I1. */
+ * unit vector in space), the momentum m and u = <a,e3>, a step of size h consists of constant
+ * rotations about e3 and a (model/map_rates.h), and of the following map with another step size e:
+ *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
+ * Here, I1 is the moment normal to a, Cay(v) the rotation whose quaternion is parallel to (1, v/2),
+ * and V' the derivative of a modified potential (bobenko_suris4_state). The method is explicit and
+ * integrable, and needs one kick per step. It conserves the vertical and axial momenta and a
+ * modified energy (kr_state_modified_energy). The step size e and the rotations are computed only
+ * once, from the initial state. They depend on the orbit, so each step conserves the symplectic
+ * form only up to O(h^7). A step size h is refused if 2 h^2 |K| or h^2 * mass * |gravity| * |com|
+ * exceeds 1, in units with I1 = 1, because e might not exist. Here, K is the modified energy of a
+ * top with I3 = I1. */
 #include "bobenko_suris.h"
 #include "model/map_rates.h"
 

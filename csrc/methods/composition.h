@@ -2,7 +2,7 @@
  * conserve the vertical momentum and, for Lagrange tops and torque-free symmetric bodies, the
  * momentum about the symmetry axis. The energy error is bounded and O(h^order), with the step size
  * h. A step is
- *      kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s,
+ *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s,
  * where a_i and b_i are fractions of h. The sequences a_1 ... a_s and b_0 ... b_s are palindromic,
  * and each sums to 1. A row of compose_table therefore lists only the first half of each sequence,
  * without the middle coefficient. A row without kick coefficients composes s steps of Strang
@@ -42,10 +42,10 @@ static const struct {
                                0.004914688774712854, 0.143761127168358, 0.328567693746804}},
 };
 
-/* The coefficients of a step as fractions of the step size, in the order drift[0], kick[0],
- * drift[1], ... The last kick of a step is merged with the first kick of the next step. Between
- * steps, the momentum thus already includes the first kick of the next step, with the coefficient
- * `ahead`. */
+/* The coefficients of a step, as fractions of the step size, in the order drift[0], kick[0],
+ * drift[1], ... The last kick of a step is merged with the first kick of the next step, whose
+ * coefficient is `ahead`. Between steps, the momentum therefore already includes this first
+ * kick. */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];

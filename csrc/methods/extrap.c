@@ -1,6 +1,5 @@
 /* Extrapolation with order and step-size control (extrapolation.h), applied to the twelve equations
- * of motion in space (Bodack 2008, 3.9; space_frame.h). The integrals of motion are not
- * conserved. */
+ * of motion in space (Bodack 2008, 3.9; space_frame.h). No integral of motion is conserved. */
 #include "extrapolation.h"
 #include "space_frame.h"
 

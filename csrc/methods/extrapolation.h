@@ -3,7 +3,7 @@
  * step, with n_j = 2 j substeps and Gragg's smoothing. The asymptotic expansion of its error
  * contains only even powers of 1 / n_j. The Aitken-Neville scheme therefore gives better
  * approximations:
- *      T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
+ *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
  * A step is accepted at row j of the table T if the scaled norm (gbs_scaled_distance) of T(j,j) -
  * T(j,j-1) is at most tol (Bodack 2008, 4.1.1). The next step is planned to be accepted at its
  * target row, the row with the least work per unit time. The rules and constants of the step-size
@@ -193,8 +193,8 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
     return KR_OK;
 }
 /* Accepts a trial step, which ends at the time `end` in internal units. The top may rotate by more
- * than half a turn per step. The sign of its quaternion is therefore chosen by comparison with the
- * previous quaternion, rotated at the mean angular velocity. */
+ * than half a turn per step. The sign of the new quaternion is therefore chosen by comparison with
+ * the previous quaternion, rotated at the mean angular velocity. */
 static inline void gbs_accept_step(kr_motion *motion, const gbs_attempt *a, double end)
 {
     gbs_path *p = (gbs_path *)motion->work;

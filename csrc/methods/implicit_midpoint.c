@@ -1,10 +1,10 @@
 /* The implicit midpoint rule for the attitude q and the momentum m in space, for comparison on
  * stiff problems. A step of size h is
- *      (q' - q) / h = q_ V / 2,    m' = m + h torque(q_ / |q_|),    q_ = (q + q') / 2
+ *     (q' - q) / h = q_ V / 2,    m' = m + h torque(q_ / |q_|),    q_ = (q + q') / 2
  * with the torque of the weight and of the gravity gradient (motion_torque). The first equation is
- * equivalent to q_ / |q_| = q r and q' = q r^2, where the unit quaternion r is parallel to (1, h V
- * / 4). With the inertia J and the momentum R of the rotor, the angular velocity at the midpoint,
- * in the body frame, is V = J^-1 (r* q* (m + m')/2 q r - R). This nonlinear equation for V is
+ * equivalent to q_ / |q_| = q r and q' = q r^2. Here, V is the angular velocity at the midpoint, in
+ * the body frame, and r is the unit quaternion parallel to (1, h V/4). With the inertia J and the
+ * momentum R of the rotor, V = J^-1 (r* q* (m + m')/2 q r - R). This nonlinear equation for V is
  * solved by Newton's method (Hairer, Lubich, Wanner, VII.5). The method conserves the norm of q and
  * the vertical momentum. For small h |V|, the errors of the energy and the axial momentum are
  * bounded and O(h^2). */

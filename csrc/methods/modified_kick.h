@@ -2,11 +2,12 @@
  * a change of variables. Let q be the attitude, m the momentum in space, h the step size, A the
  * lever (method.h), J the inertia, R the momentum of the rotor and, in the body frame, P = q* e3 q
  * the vertical, M = q* m q the momentum and W = J^-1 (M - R) the angular velocity. The kick is
- *      m += h e3 x q L q*,   L = A + k A x J^-1 (P x A),   k = -h^2/12.
- * This is the kick of a modified potential: the potential <A, P> minus h^2/24 <P x A, J^-1 (P x
- * A)>. A step (half kick, drift, half kick) is conjugate to a method of order 4. The conjugating
- * map, called the processor, is the flow of the Hamiltonian G = k d<A, P>/dt over one unit of time:
- *      angular velocity in the body frame: k J^-1 (A x P),   dm/dt = q (k P x (W x A)) q*
+ *     m += h e3 x q L q*,   L = A + k A x J^-1 N,   N = P x A,   k = -h^2/12
+ * with the torque N. It is the kick of a modified potential: the potential <A,P> minus h^2/24 <N,
+ * J^-1 N>. A step (half kick, drift, half kick) is conjugate to a method of order 4. The
+ * conjugating map, called the processor, is the flow of the Hamiltonian G = k d<A,P>/dt over one
+ * unit of time:
+ *     angular velocity in the body frame: -k J^-1 N,   dm/dt = q (k P x (W x A)) q*
  * The implicit midpoint rule integrates the flow, so that -k inverts +k (Takahashi and Imada 1984;
  * Rowlands 1991). The processor is applied when a state is read, and its inverse when a state is
  * set; the steps in between do not need it. The modified kick conserves the vertical momentum, and

@@ -1,6 +1,6 @@
 /* Kicks and drifts: the flows of the potential energy and of the kinetic energy. With the momentum
  * m, the principal axes N, B, T in space and the moments of inertia about them, the energy is
- *      H = potential + |m|^2/2I_B + (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2.
+ *     H = potential + |m|^2/2I_B + (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2.
  * A kick changes only m. On a support at rest, a drift changes only the attitude (McLachlan 1993,
  * Reich 1994). The flow of |m|^2/2I_B is a rotation about m, and commutes with the flows of the
  * other two kinetic terms, which are rotations about N and T. The drift of a symmetric body (I_N =
