@@ -11,8 +11,8 @@
  *     }
  *     if (status != KR_OK) puts(kr_status_text(status));
  *     kr_top_free(top);
- *
  * The functions of this example are those that every program needs.
+ *
  * Motion:  dm/dt = mass g e3 x a - D (w - turning) - turning x m + dry friction,   a = q com q*
  *          dq/dt = (w - turning) q / 2,   m = J w + rotor,   g = gravity - A r^2 cos(r t + phase)
  *          with the inertial angular velocity w, inertia J, damping D, and amplitude A and rate r
@@ -144,8 +144,7 @@ typedef struct kr_shaking {
 } kr_shaking;
 /* A wheel on a free axle (kr_scene_release_wheel). Its momentum about the axle, in the inertial
  * frame, is constant and a part of kr_body.rotor. Its moment about the axle is not a part of
- * kr_body.inertia. Only wheel_rate and similar quantities depend on these numbers. All zero: no
- * wheel. */
+ * kr_body.inertia. These numbers only affect quantities such as wheel_rate. All zero: no wheel. */
 typedef struct kr_wheel {
     kr_vec3 axis; /* unit vector along the principal axes; 0: `rate` is relative to the body */
     double rate;  /* angular velocity in the inertial frame, about the axis [T^-1] */
@@ -202,9 +201,8 @@ typedef struct kr_config {
     int (*poll)(void *context);
     void *context;
     /* Number of digits, for methods with KR_METHOD_DIGITS: 0 for the accuracy `tol`, else 16, 20 or
-     * 30 (others are rounded up). Of these, only 30 permits a nonzero tol, at most 2^-100, for
-     * shorter steps. The difference of runs with and without it shows how many digits are
-     * correct. */
+     * 30 (others are rounded up). With 16 or 20, tol must be 0. With 30, a tol of at most 2^-100
+     * shortens steps, and the difference of two runs shows how many digits are correct. */
     int digits;
     /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: if nonzero, states are computed
      * only up to a rotation about e3, at lower cost. On rotating supports, kr_top_create returns
