@@ -127,8 +127,8 @@ typedef struct kr_body {
      * the other two by this fraction of the sum, or by 1e-12 of it if `rounded` is smaller. */
     double rounded;
     /* Momentum of rotors relative to the body (a gyrostat), kept constant by motors, along the
-     * principal axes [M L^2 T^-1]. The momentum m of a state includes it. `inertia` is for locked
-     * rotors. For a wheel without a motor, see kr_scene_release_wheel. */
+     * principal axes [M L^2 T^-1]. The momentum m of a state includes it. `inertia` includes the
+     * rotors as if they were locked. For a wheel without a motor, see kr_scene_release_wheel. */
     kr_vec3 rotor;
     kr_given given;
 } kr_body;
@@ -156,8 +156,8 @@ typedef struct kr_scene {
     double gravity; /* acceleration along -e3, of either sign [L T^-2] */
     kr_state start;
     /* Linear damping, not negative, as by air that turns with the support [M L^2 T^-1]: the torque
-     * along each principal axis is -damping * angular velocity relative to the support. Even if it
-     * is strong, the length of steps is that of the remaining slow motion, except with tangents. */
+     * along each principal axis is -damping * angular velocity relative to the support. Even if
+     * damping is strong, steps are as long as the slow motion permits, except with tangents. */
     kr_vec3 damping;
     /* Constant angular velocity of the support, along e1, e2, e3 [T^-1]. All states and quantities
      * are relative to the support, except for the momentum m (kr_state). */
@@ -169,7 +169,8 @@ typedef struct kr_scene {
     kr_wheel wheels[KR_WHEELS_MAX];
     /* Gravity gradient, of either sign [T^-2], which causes the torque gradient * e3 x J e3: 3 mu /
      * R^3 at the distance R along e3 from a body with gravitational parameter mu. On a circular
-     * orbit, `turning` is the orbital rate. Excludes shaking, and wheels that have an axis. */
+     * orbit, `turning` is the orbital rate. Not with shaking or wheels with an axis
+     * (KR_ERR_COMBINATION). */
     double gradient;
 } kr_scene;
 
@@ -306,7 +307,7 @@ KR_API kr_vec3 kr_shape_inertia(kr_shape shape, kr_vec3 size, double mass, doubl
  * diagonal. With a smaller ratio, the smallest moment would have too few correct digits. */
 #define KR_TENSOR_MIN_RATIO 2e-10
 /* Makes a body from its inertia tensor at the fixed point (three rows [M L^2]) and com [L] in the
- * frame of description, and kr_body.rounded. Returns KR_ERR_BODY below KR_TENSOR_MIN_RATIO. */
+ * frame of description. Returns KR_ERR_BODY if the tensor violates KR_TENSOR_MIN_RATIO. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      double rounded, kr_body *body);
 /* Adds the inertia of a point mass to a tensor stored by rows. With the mass and com of a body,
@@ -366,8 +367,7 @@ KR_API kr_status kr_scene_release_wheel(kr_scene *scene, double inertia, kr_vec3
 /* Writes the slower rate of steady precession about e3 [T^-1] or, if `fast` is nonzero, the faster;
  * 0 for a vertical apex. The top is symmetric, with spin and tilt as in kr_scene_set_spinning.
  * Rotor, damping, friction and support motion are ignored. If there is no steady precession,
- * returns KR_ERR_ARGUMENT, and *least_spin is the least |spin| that permits one (0: no least
- * value). */
+ * returns KR_ERR_ARGUMENT, and *least_spin is the least |spin| that permits one, or 0 if none. */
 KR_API kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double tilt,
                                             int fast, double *precession, double *least_spin);
 
@@ -448,8 +448,8 @@ KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
 /* Returns the modified energy [M L^2 T^-2] that a map conserves. With the energy E and the moment
  * I1 normal to the apex, it is E + step * <torque, m> / (2 I1) for bobenko_suris (order 1), and E +
- * O(step^4) up to a constant for bobenko_suris4 (order 4). NaN if order 4 does not permit the step,
- * and unless the body is a Lagrange top without rotor, shaking and gradient. */
+ * O(step^4) up to a constant for bobenko_suris4 (order 4). NaN if the step is too large for order
+ * 4, and unless the body is a Lagrange top without rotor, shaking and gradient. */
 KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step,
                                        int order);
 /* Returns the angle of the rotation between two attitudes, 0 .. pi [rad]. */
@@ -652,7 +652,7 @@ typedef struct kr_exact_info {
     kr_kind kind;
     kr_refusal refusal; /* why kr_exact_plan returned KR_ERR_METHOD */
     size_t used;        /* used bytes of the kr_exact, of which a copy is a closed form as well */
-    /* Period of the nutation [T], INFINITY if constant; on a torus, period of the first angle. */
+    /* Period of the nutation [T], INFINITY if it is constant; on a torus, see `frequency`. */
     double period;
     /* For Lagrange tops, mean rates of the apex about the vertical and of the body about the apex
      * [T^-1], without the jumps of Euler angles at the poles. For free bodies, the momentum
@@ -662,10 +662,10 @@ typedef struct kr_exact_info {
     /* For Kowalewski and Goryachev-Chaplygin tops, two angular frequencies of the body on its torus
      * (the first is pi / period), and the mean rate of precession [T^-1]. Sums of integer multiples
      * of the three are the angular frequencies of the attitude. For free gyrostats, the angular
-     * frequency of m in the body, the mean rate of the rotation about m, and 0. */
+     * frequency of m in the body (2 pi / period), the mean rate of the rotation about m, and 0. */
     double frequency[3];
-    /* For tops with `frequency`, the largest relative error found by checks of the closed form. The
-     * attitude error is at most about ten times as large, plus a rounding error for each radian
+    /* For the tops of `frequency`, the largest relative error found by checks of the closed form.
+     * The attitude error is at most about ten times as large, plus a rounding error for each radian
      * about the vertical if the integral G of a Goryachev-Chaplygin top is near 0. */
     double certificate;
 } kr_exact_info;
