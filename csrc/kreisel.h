@@ -542,9 +542,9 @@ KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
 /* Many tops. A worker integrates tops with one method, one by one or in SIMD lanes. Each thread
  * needs its own worker. With method NULL, closed forms are used where they exist, also on supports
  * turning about e3, and taylor otherwise. The results for a top depend only on this top and its
- * times. They have the same bits as those of kr_exact_state or of a kr_top, unless taylor
- * integrates the top in a SIMD lane (with at most 16 digits). In SIMD lanes, all instruction sets
- * with fused multiply-add give the same bits. */
+ * times. kr_exact_state or a kr_top gives the same bits, unless taylor integrates the top in a SIMD
+ * lane (with at most 16 digits). In SIMD lanes, all instruction sets with fused multiply-add give
+ * the same bits. */
 typedef struct kr_worker kr_worker;
 /* Reductions over time of one component of a quantity, listed as X(kind, name). WHERE_MIN and
  * WHERE_MAX are the first times of MIN and MAX. If a value is NaN, all except LAST are NaN. */

@@ -1,7 +1,7 @@
 /* The interface of an integration method. Each method has a line in methods.def and a source file,
  * usually in methods/. It advances a motion (kr_motion) by steps. The driver (driver/) converts
  * units, computes states at requested times, limits steps and recovers from failures. The principal
- * axes N, B, T and the space axes e1, e2, e3 are those of kreisel.h. */
+ * axes N, B, T and the space axes e1, e2, e3 are defined in kreisel.h. */
 #ifndef KR_METHOD_H
 #define KR_METHOD_H
 #include "math/su2_dd.h"
@@ -155,8 +155,8 @@ struct kr_method {
     int (*applies)(const kr_body *body, kr_kind kind);
     int (*suits)(const kr_scene *scene);
     size_t work;
-    /* Returns the number of doubles that the method needs for a scene, in addition to those of
-     * `work`. Checkpoints do not contain them, because `reset` computes them again. NULL: none. */
+    /* Returns the number of doubles that the method needs for a scene beyond the work array.
+     * Checkpoints do not contain them, because `reset` computes them again. NULL: none. */
     size_t (*extra_doubles)(const kr_scene *scene);
     /* Begins the motion in the initial state `start`. On failure, a method with dense output leaves
      * `work` and `aux` unchanged. */

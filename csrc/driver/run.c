@@ -119,7 +119,7 @@ static int is_at_grid_point(const kr_top *top, int64_t k, double t)
     return fabs(grid_time(top, k) - t) <=
            2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
 }
-/* Returns the index of the last grid point at or before t, but at least that of the main motion. */
+/* Returns the index of the last grid point at or before t, but at least top->steps. */
 static int64_t find_grid_point_before(const kr_top *top, double t)
 {
     const int64_t k = (int64_t)((t - top->scene.start.t) / top->config.step + 0.5);

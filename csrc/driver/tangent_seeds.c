@@ -151,9 +151,10 @@ static void write_parameter_units(const kr_top *top, double unit[KR_TANGENT_COLU
     if (by & KR_TANGENT_GRADIENT) *unit = 1.0 / (time * time);
 }
 /* Writes a column of the tangent matrix of n columns in the user's frame and units: high words to
- * out[0], out[n], ..., out[5 n], and low words to `low` alike. `from` is the column in internal
- * units, and `unit` its divisor (write_parameter_units). The rotation from internal axes to the
- * frame of description is `axes` (kr_extended_axes) with more than 16 digits, else top->axes. */
+ * out[0], out[n], ..., out[5 n], low words to low[0], ..., low[5 n]. `from` is the column in
+ * internal units, and `unit` its divisor (write_parameter_units). The rotation from internal axes
+ * to the frame of description is `axes` (kr_extended_axes) with more than 16 digits, else
+ * top->axes. */
 static void write_tangent_column(const kr_top *top, quat_dd axes, const kr_deviation *from,
                                  double unit, size_t n, double *out, double *low)
 {

@@ -8,8 +8,8 @@
 enum { KR_CHECK = 256 /* number of steps between two inspections of a fixed-step motion */ };
 
 struct kr_top {
-    /* Fields that checkpoints store, with zeros in place of pointers. Another order of these
-     * fields, or of those of kr_config and kr_motion, would change the format of checkpoints. */
+    /* Fields that checkpoints store, with zeros in place of pointers. Reordering these fields, or
+     * the members of kr_config or kr_motion, would change the format of checkpoints. */
     kr_scene scene; /* the user's scene, with the start that was set last */
     const kr_method *method;
     kr_config config;

@@ -4,8 +4,8 @@
  *     A w' = m x w + n,   N' = w x N,   B' = w x B,   T' = w x T   (on a support at rest)
  *     A = I_N N N^t + I_B B B^t + I_T T T^t,   m = A w + h_N N + h_B B + h_T T.
  * On a support with the angular velocity S, all vectors have components along the axes of the
- * support. Then N' = (w - S) x N, B' and T' alike, and w' has the further term -S x w. After
- * numerical integration, (N, B, T) is orthonormal only up to the error of the method. */
+ * support. In this case, w - S replaces w in N', B' and T', and w' has the further term -S x w.
+ * After numerical integration, (N, B, T) is orthonormal only up to the error of the method. */
 #ifndef KR_SPACE_FRAME_H
 #define KR_SPACE_FRAME_H
 #include "method.h"
