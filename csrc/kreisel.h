@@ -1,5 +1,4 @@
 /* kreisel: motion of a rigid body that turns about a fixed point under gravity.
- *
  *     kr_scene scene = kr_scene_default();
  *     kr_top *top = NULL;
  *     kr_body_symmetric(1.0, 1.3, 0.3, 1.0, &scene.body);
@@ -12,19 +11,18 @@
  *     }
  *     if (status != KR_OK) puts(kr_status_text(status));
  *     kr_top_free(top);
- *
  * The functions of this example are those that every program needs.
  *
  * Motion:  dm/dt = mass g e3 x a - D (w - turning) - turning x m + dry friction,   a = q com q*
  *          dq/dt = (w - turning) q / 2,   m = J w + rotor,   g = gravity - A r^2 cos(r t + phase)
  *          with the inertial angular velocity w, inertia J, damping D, and amplitude A and rate r
  *          of a shaken support; a gravity gradient adds gradient * e3 x J e3 to dm/dt.
- * Frames:  The space axes are e1, e2 and e3; gravity acts along -e3. They rotate with the support.
- *          The body has two frames: the frame of description, in which the user describes it, and
- *          the principal axes at the fixed point (N, B, T). An attitude q rotates vectors from the
+ * Frames:  The space axes e1, e2 and e3 rotate with the support; gravity acts along -e3. The body
+ *          has two frames: the frame of description, in which the user describes it, and the
+ *          principal axes at the fixed point (N, B, T). The attitude q rotates vectors from the
  *          frame of description into space: v_space = q v q*. The angular momentum m has components
- *          in space. The apex is the direction from the fixed point to the centre of mass, or T if
- *          these points coincide.
+ *          along e1, e2, e3. The apex is the direction from the fixed point to the centre of mass
+ *          (com), or T if these points coincide.
  * Units:   Any consistent units can be used. Dimensions are given in brackets, as powers of mass M,
  *          length L and time T.
  * Memory:  Only kr_top_create and kr_worker_create allocate memory, and the methods of GSL.
@@ -113,9 +111,9 @@ typedef struct kr_quat { /* w + x i + y j + z k */
     double w, x, y, z;
 } kr_quat;
 
-/* The arguments of kr_body_from_tensor and kr_body_set_rotor, in the frame of description; zero if
- * not called. Motions with more than 16 digits use them instead of the rounded numbers of kr_body,
- * unless a program has changed one of these numbers since. */
+/* The arguments of kr_body_from_tensor (for tensors that are not diagonal) and kr_body_set_rotor,
+ * in the frame of description; else zero. Motions with more than 16 digits use them instead of the
+ * rounded numbers of kr_body, unless a program has since changed numbers of kr_body. */
 typedef struct kr_given {
     double inertia[9]; /* three rows [M L^2] */
     kr_vec3 com, rotor;
@@ -126,11 +124,11 @@ typedef struct kr_body {
     kr_vec3 com;     /* centre of mass relative to the fixed point, along the principal axes [L] */
     kr_quat axes;    /* principal axes -> frame of description: v_described = axes v axes* */
     /* For rounded values from the literature, in [0, 1): the largest moment may exceed the sum of
-     * the other two by this fraction, or by 1e-12 if `rounded` is smaller. */
+     * the other two by this fraction of the sum, or by 1e-12 of it if `rounded` is smaller. */
     double rounded;
-    /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes [M
-     * L^2 T^-1]. The momentum m of a state includes it; `inertia` is for locked rotors. Motors keep
-     * the rates of these rotors; for a wheel without a motor, see kr_scene_release_wheel. */
+    /* Momentum of rotors relative to the body (a gyrostat), kept constant by motors, along the
+     * principal axes [M L^2 T^-1]. The momentum m of a state includes it. `inertia` includes the
+     * rotors as if they were locked. For a wheel without a motor, see kr_scene_release_wheel. */
     kr_vec3 rotor;
     kr_given given;
 } kr_body;
@@ -146,7 +144,7 @@ typedef struct kr_shaking {
 } kr_shaking;
 /* A wheel on a free axle (kr_scene_release_wheel). Its momentum about the axle, in the inertial
  * frame, is constant and a part of kr_body.rotor. Its moment about the axle is not a part of
- * kr_body.inertia. Only the quantities wheel_rate... use these numbers. All zero: no wheel. */
+ * kr_body.inertia. These numbers only affect quantities such as wheel_rate. All zero: no wheel. */
 typedef struct kr_wheel {
     kr_vec3 axis; /* unit vector along the principal axes; 0: `rate` is relative to the body */
     double rate;  /* angular velocity in the inertial frame, about the axis [T^-1] */
@@ -157,21 +155,22 @@ typedef struct kr_scene {
     kr_body body;
     double gravity; /* acceleration along -e3, of either sign [L T^-2] */
     kr_state start;
-    /* Linear damping, as by air that turns with the support: the torque along each principal axis
-     * is -damping * angular velocity relative to the support [M L^2 T^-1]. Not negative. Strong
-     * damping needs no shorter steps than the remaining slow motion, except with tangents. */
+    /* Linear damping, not negative, as by air that turns with the support [M L^2 T^-1]: the torque
+     * along each principal axis is -damping * angular velocity relative to the support. Even if
+     * damping is strong, steps are as long as the slow motion permits, except with tangents. */
     kr_vec3 damping;
     /* Constant angular velocity of the support, along e1, e2, e3 [T^-1]. All states and quantities
-     * except m are relative to the support. */
+     * are relative to the support, except for the momentum m (kr_state). */
     kr_vec3 turning;
     kr_shaking shaking;
-    /* Dry friction: a torque of this constant magnitude about the apex, against the spin [M L^2
-     * T^-2]. A spin of zero stays zero as long as friction can hold the top. */
+    /* Dry friction, not negative: a torque of this constant size about the apex, against the spin
+     * about it [M L^2 T^-2]. A spin of zero stays zero if a smaller torque suffices for this. */
     double friction;
     kr_wheel wheels[KR_WHEELS_MAX];
-    /* Gravity gradient: a torque gradient * e3 x J e3, of either sign [T^-2]. It is 3 mu / R^3 at
-     * the distance R from an attracting body of strength mu along e3. On a circular orbit, e3 turns
-     * with the orbital rate (`turning`). Not with shaking or wheels that have an axis. */
+    /* Gravity gradient, of either sign [T^-2], which causes the torque gradient * e3 x J e3: 3 mu /
+     * R^3 at the distance R along e3 from a body with gravitational parameter mu. On a circular
+     * orbit, `turning` is the orbital rate. Not with shaking or wheels with an axis
+     * (KR_ERR_COMBINATION). */
     double gradient;
 } kr_scene;
 
@@ -189,41 +188,42 @@ extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_metho
  * its steps regardless of the requested times. No state depends on the other requested times. */
 typedef struct kr_top kr_top;
 typedef struct kr_config {
-    /* The step size [T], negative backward in time; for an adaptive method, the first one, or 0 for
-     * an automatic choice. Grid points beyond 2^50 steps from t = 0 are refused (KR_ERR_STEP). */
+    /* The step size [T], negative backward in time; of an adaptive method the first one, or 0 for
+     * an automatic choice. Fixed-step methods refuse |t| >= 2^50 * |step| (KR_ERR_STEP). */
     double step;
     /* Tolerance below 1, or 0 for the default: of the local error (adaptive methods), the residual
-     * (implicit methods), or the `certificate` (exact; at most the default). */
+     * (implicit methods), or the certificate (method exact; larger values count as the default). */
     double tol;
-    /* Maximum number of steps, or 0 for no limit. An adaptive method without dense output needs
-     * further steps for each requested time within a step: at most 1024, and at most max_steps. */
+    /* Maximum number of steps, or 0 for no limit. For each requested time, an adaptive method
+     * without dense output makes up to 1024 further steps, but not more than max_steps. */
     int64_t max_steps;
-    /* Called after every 256 steps, after every 1024 states (in a worker, 2^16), and in every step
-     * of adaptive methods without dense output. A nonzero value stops the run. May be NULL. */
+    /* NULL, or called with `context` after every 256 steps and 1024 states (2^16 in a worker), and
+     * in every step of adaptive methods without dense output. A nonzero result stops the run. */
     int (*poll)(void *context);
     void *context;
     /* Number of digits, for methods with KR_METHOD_DIGITS: 0 for the accuracy `tol`, else 16, 20 or
-     * 30 (others are rounded up). With 30, a tol of at most 2^-100 still shortens the steps, and
-     * the difference of two runs then shows how many digits are correct. */
+     * 30 (others are rounded up). With 16 or 20, tol must be 0. With 30, a tol of at most 2^-100
+     * shortens steps, and the difference of two runs shows how many digits are correct. */
     int digits;
     /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: if nonzero, states are computed
-     * only up to a rotation about the vertical, at lower cost. Not on rotating supports. */
+     * only up to a rotation about e3, at lower cost. On rotating supports, kr_top_create returns
+     * KR_ERR_OPTION, and workers ignore this member. */
     int skip_heading;
-    /* For methods with KR_METHOD_TANGENTS, if skip_heading is 0: the sum of KR_TANGENT_... flags of
-     * the derivatives to compute: not by a friction of 0, and with friction not by a com of 0. */
+    /* For methods with KR_METHOD_TANGENTS, if skip_heading is 0: the sum of the KR_TANGENT_...
+     * flags of the derivatives to compute. Derivatives that do not exist give KR_ERR_OPTION: by a
+     * friction of 0, and by a com of 0 if there is friction. */
     uint64_t tangents;
 } kr_config;
 
-/* Returns the text of a status. */
 KR_API const char *kr_status_text(kr_status status);
 /* Returns the default scene: the cuboid of chapter 6 of the thesis (Bodack 2008), gravity 1. */
 KR_API kr_scene kr_scene_default(void);
 /* Makes a body with the symmetry axis T. The moments [M L^2] at the fixed point are i3 about T and
  * i1 about axes normal to T. `height` is the coordinate of the centre of mass along T [L]. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
-/* Sets attitude and momentum of a symmetric top from its spin [T^-1], the angle `tilt` (0 .. pi) by
- * which its apex is turned from the vertical about e1, and the initial rate of precession about the
- * vertical [T^-1]. Returns KR_ERR_ARGUMENT for other tilts, and for bodies without symmetry. */
+/* Sets attitude and momentum of a symmetric top from its spin about the apex [T^-1], the angle
+ * `tilt` (0 .. pi) by which the apex is turned from e3 about e1, and the initial rate of precession
+ * about e3 [T^-1]. Returns KR_ERR_ARGUMENT for other tilts, and for bodies without symmetry. */
 KR_API kr_status kr_scene_set_spinning(kr_scene *scene, double spin, double tilt,
                                        double precession);
 /* Returns the default configuration (all zeros). Fixed-step methods require a nonzero step. */
@@ -243,9 +243,9 @@ KR_API void kr_top_free(kr_top *top);
 /* Advances the top to the end of the next step. On failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_step(kr_top *top);
 /* Advances the top to the times t[0], t[1], ... in the direction of the step. Writes the states to
- * `out` and their digits beyond double precision to `low`, so that out[i] + low[i] has the
- * requested digits (low[i].t is 0). `done` receives the number of valid states; later elements are
- * unchanged. `low` and `done` may be NULL. On failure, the top keeps its last valid state. */
+ * `out` and their digits beyond double precision to `low`: out[i] + low[i] has the requested digits
+ * (low[i].t is 0). Writes the number of valid states to `done`; later elements of `out` and `low`
+ * are unchanged. `low` and `done` may be NULL. On failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
                                kr_state low[], size_t *done);
 /* Restarts the top, as if kr_top_create had been called with this initial state, but keeps the
@@ -253,8 +253,8 @@ KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 /* Restarts the top with another scene, and resets the time grid and the tangents. To push a moving
  * top, set scene->start to kr_top_state(top) with another momentum. `low` is NULL, or holds the
- * digits of scene->start beyond double precision (start + low rounds to start, low->t is 0).
- * Returns KR_ERR_MEMORY if the closed form needs more memory than was allocated. */
+ * digits of scene->start beyond double precision (start + low rounds to start, low->t is 0). For
+ * the method exact, returns KR_ERR_MEMORY if kr_top_create did not allocate enough. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene, const kr_state *low);
 typedef struct kr_stats {
     int64_t steps, rejected, evaluations, iterations;
@@ -274,20 +274,19 @@ KR_API kr_top_info kr_top_describe(const kr_top *top);
 /* Returns KR_OK if the scene is valid, else the status that describes the error. */
 KR_API kr_status kr_scene_check(const kr_scene *scene);
 /* Returns the horizon [T], an upper bound on |t| for which doubles resolve the attitude: 2^53 rad
- * over the largest of the components of the initial angular velocity, (|m| + |rotor|) / (largest
- * moment), the pendulum frequency and the rates of the support; INFINITY if all are 0, and 0 for an
- * invalid scene. Times beyond it are refused (KR_ERR_RESOLUTION). Backward in time, where damping
- * accelerates the top, smaller times may be refused, too. */
+ * divided by the largest of: the components of the initial angular velocity, (|m| + |rotor|) /
+ * (largest moment), the pendulum frequency and the rates of the support; INFINITY if all are 0, and
+ * 0 for an invalid scene. Times beyond it are refused (KR_ERR_RESOLUTION); backward in time, where
+ * damping accelerates the top, smaller times may be refused, too. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
-/* Returns the version of the library, KR_VERSION. */
 KR_API const char *kr_version(void);
 
-/* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. A diagonal
- * inertia tensor has the coordinate axes as principal axes, and other tensors the nearest
- * right-handed frame; T is then the symmetry axis of a Lagrange top. */
+/* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. If the
+ * inertia tensor is diagonal, the principal axes are the axes of the frame of description. Else,
+ * they are the nearest right-handed frame, but T is the symmetry axis of a Lagrange top. */
 
-/* Homogeneous shapes and their sizes [L], none negative. The axis of a tube or cone is T. A tube
- * {0, r, h} is a cylinder, {0, r, 0} a disk, {r, r, 0} a hoop, and {0, 0, h} a rod. */
+/* Homogeneous shapes and their sizes [L], none negative. Tubes and cones have the axis (0, 0, 1). A
+ * tube {0, r, h} is a cylinder, {0, r, 0} a disk, {r, r, 0} a hoop, and {0, 0, h} a rod. */
 typedef enum kr_shape {
     KR_SHAPE_CUBOID,    /* three half-edges */
     KR_SHAPE_ELLIPSOID, /* three semi-axes */
@@ -295,29 +294,29 @@ typedef enum kr_shape {
     KR_SHAPE_SHELL,     /* radius of a thin sphere */
     KR_SHAPE_CONE       /* radius, height of the base above the tip */
 } kr_shape;
-/* Makes a homogeneous body. The pivot is relative to the centre, or to the tip of a cone [L].
- * Returns KR_ERR_BODY for a rod on whose line the pivot lies. */
+/* Makes a homogeneous body whose fixed point is `pivot`, relative to the centre of the shape or to
+ * the tip of a cone [L]. Returns KR_ERR_BODY for a rod if `pivot` lies on its line. */
 KR_API kr_status kr_body_shape(kr_shape shape, kr_vec3 size, double mass, kr_vec3 pivot,
                                kr_body *body);
 /* Returns the mass of a shape with this density [M L^-3], which is 0 for thin shapes. */
 KR_API double kr_shape_mass(kr_shape shape, kr_vec3 size, double density);
-/* Returns the moments about the centre of mass, and writes the height of the centre of mass above
- * the centre of the shape, or above the tip of a cone. */
+/* Returns the principal moments about the centre of mass [M L^2]. Writes the height of the centre
+ * of mass above the centre of the shape (0), or above the tip of a cone [L]. */
 KR_API kr_vec3 kr_shape_inertia(kr_shape shape, kr_vec3 size, double mass, double *height);
-/* Smallest permitted ratio of the smallest to the largest principal moment of a nondiagonal tensor.
- * The smallest moment would otherwise have too few correct digits. */
+/* Smallest permitted ratio of the smallest to the largest principal moment of a tensor that is not
+ * diagonal. With a smaller ratio, the smallest moment would have too few correct digits. */
 #define KR_TENSOR_MIN_RATIO 2e-10
-/* Makes a body from its inertia tensor [M L^2] at the fixed point, stored by rows; `rounded` is
- * that of kr_body. Returns KR_ERR_BODY if the ratio of moments is below KR_TENSOR_MIN_RATIO. */
+/* Makes a body from its inertia tensor at the fixed point (three rows [M L^2]) and com [L] in the
+ * frame of description. Returns KR_ERR_BODY if the tensor violates KR_TENSOR_MIN_RATIO. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      double rounded, kr_body *body);
-/* Adds the inertia of a point mass to a tensor stored by rows. The mass and com of a body change
- * the tensor about com to the tensor about the fixed point (Steiner's theorem). */
+/* Adds the inertia of a point mass to a tensor stored by rows. With the mass and com of a body,
+ * this changes the tensor about com to the tensor about the fixed point (Steiner's theorem). */
 KR_API void kr_inertia_add_point(double inertia[9], double mass, kr_vec3 position);
 /* Sets kr_body.rotor from a momentum in the frame of description [M L^2 T^-1]. */
 KR_API void kr_body_set_rotor(kr_body *body, kr_vec3 rotor);
 /* Returns 1 if some distribution of mass has this inertia, mass and com up to the relative error
- * 1e-6 + kr_body.rounded, else 0. All functions accept bodies without one, as in the literature. */
+ * 1e-6 + kr_body.rounded, else 0. Other functions require only valid moments (kr_body.rounded). */
 KR_API int kr_body_is_physical(const kr_body *body);
 
 /* The kinds (integrable cases) of tops, listed as X(kind, name). */
@@ -336,7 +335,6 @@ typedef enum kr_kind {
     KR_KIND_COUNT
 } kr_kind;
 /* clang-format on */
-/* Returns the name of a kind of top. */
 KR_API const char *kr_kind_name(kr_kind kind);
 /* Relative tolerance for integrable cases: 32 units in the last place, for rounded moments. */
 #define KR_KIND_RTOL 7.2e-15
@@ -344,31 +342,32 @@ KR_API const char *kr_kind_name(kr_kind kind);
 /* Returns the integrable case of a body; `rtol` is the relative tolerance of comparisons. */
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 /* Returns 1 if the body is symmetric about its apex, up to KR_KIND_RTOL, else 0. Writes its moments
- * normal to the apex and about it [M L^2]. */
+ * normal to the apex and about it [M L^2], which are meaningful if the result is 1. */
 KR_API int kr_body_symmetry(const kr_body *body, double *across, double *along);
 
-/* The next functions set the initial state of a scene whose body and support are set, the first
- * three also for its attitude. NaN and infinity give scenes that kr_scene_check refuses. */
+/* The next functions set the initial state of a scene. Set its body and support before, and for the
+ * first three functions also its attitude. NaN and infinity give an invalid scene. */
 
 /* Set the momentum from the angular velocity relative to the support, in space or in the body. */
 KR_API void kr_scene_set_velocity(kr_scene *scene, kr_vec3 velocity);
 KR_API void kr_scene_set_body_velocity(kr_scene *scene, kr_vec3 velocity);
 /* Sets the momentum from its components in the frame of description (a body frame). */
 KR_API void kr_scene_set_body_momentum(kr_scene *scene, kr_vec3 momentum);
-/* Sets attitude and momentum from precession_angle, nutation and spin_angle [rad] and their rates
- * [T^-1], in this order. The quantities below define the angles. */
+/* Sets attitude and momentum from the Euler angles precession_angle, nutation and spin_angle [rad]
+ * (see kr_quantity) and their rates relative to the support [T^-1], each in this order. */
 KR_API void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates);
-/* Lets a wheel turn freely on its axle from the initial time on. Before, its momentum inertia *
- * rate along `axis` (in the frame of description, of any length) must be part of body.rotor, and
- * its moment part of body.inertia. Changes the inertia, its principal axes and the rotor of the
- * body. A wheel with the whole moment of a symmetric body about its axis keeps its rate, and
- * excludes damping and friction. Returns KR_ERR_BODY for a wheel that the body cannot contain,
- * KR_ERR_ARGUMENT for other invalid arguments or more than KR_WHEELS_MAX wheels. */
+/* Lets a wheel with the moment `inertia` about its axle turn freely from the initial time on.
+ * Before, its momentum inertia * rate along `axis` (in the frame of description, of any length)
+ * must be part of body.rotor, and its moment part of body.inertia. Changes the inertia, its
+ * principal axes and the rotor of the body. If a symmetric body has no other moment about the axle,
+ * the wheel keeps its rate relative to the body, and damping and friction give KR_ERR_WHEEL.
+ * Returns KR_ERR_BODY if the body cannot contain the wheel, and KR_ERR_ARGUMENT for other invalid
+ * arguments or more than KR_WHEELS_MAX wheels. */
 KR_API kr_status kr_scene_release_wheel(kr_scene *scene, double inertia, kr_vec3 axis, double rate);
-/* Writes the slower, or if `fast` is nonzero the faster, rate of steady precession of a symmetric
- * top without rotor, damping, friction and moving support; 0 for a vertical apex. If there is no
- * steady precession, returns KR_ERR_ARGUMENT, and *least_spin is the least spin that permits one,
- * or 0 if none does. */
+/* Writes the slower rate of steady precession about e3 [T^-1] or, if `fast` is nonzero, the faster;
+ * 0 for a vertical apex. The top is symmetric, with spin and tilt as in kr_scene_set_spinning.
+ * Rotor, damping, friction and support motion are ignored. If there is no steady precession,
+ * returns KR_ERR_ARGUMENT, and *least_spin is the least |spin| that permits one, or 0 if none. */
 KR_API kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double tilt,
                                             int fast, double *precession, double *least_spin);
 
@@ -442,21 +441,22 @@ KR_API const kr_quantity *kr_quantity_find(const char *name);
 KR_API void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                const kr_state states[], double out[]);
 /* Return quantities of one state: angular velocity relative to the support [T^-1], apex, and
- * kinetic plus potential energy (on a rotating support the Jacobi integral: the energy in space
- * minus <turning, m>). */
+ * kinetic plus potential energy [M L^2 T^-2]. On a rotating support, this energy is the Jacobi
+ * integral: the energy in space minus <turning, m>. */
 KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);
 KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
-/* Returns the modified energy [M L^2 T^-2] that bobenko_suris (order 1) or bobenko_suris4 (order 4)
- * conserves with this step: E + step * <torque, m> / (2 I1), or E + O(step^4) up to a constant,
- * where E is the energy. NaN if the step is too large, or the top is not a Lagrange top. */
+/* Returns the modified energy [M L^2 T^-2] that a map conserves. With the energy E and the moment
+ * I1 normal to the apex, it is E + step * <torque, m> / (2 I1) for bobenko_suris (order 1), and E +
+ * O(step^4) up to a constant for bobenko_suris4 (order 4). NaN if the step is too large for order
+ * 4, and unless the body is a Lagrange top without rotor, shaking and gradient. */
 KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step,
                                        int order);
 /* Returns the angle of the rotation between two attitudes, 0 .. pi [rad]. */
 KR_API double kr_attitude_error(kr_quat a, kr_quat b);
 
 /* Events, for the method taylor: times at which a function g of the state crosses zero. g is a sum
- * of terms factor * first * second, where first and second are indices of components. */
+ * of terms factor * first * second, where first and second are components of quantities. */
 enum { KR_COMPONENT_ONE = 0 }; /* the constant component "1" */
 /* Returns the index of a component, such as "apex_z", "q_w" or "spin"; -1: not for events. */
 KR_API int kr_component_find(const char *name);
@@ -468,7 +468,8 @@ typedef struct kr_term {
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
 /* If g is a multiple of the spin, an event also occurs when friction stops the spin, but none when
- * the top slides again. Values of g below 2^-50 times its terms (2^-40 initially) count as zero. */
+ * the top slides again. |g| counts as zero if it is below 2^-50 times an upper bound of |g| during
+ * a step. At the beginning, until |g| is larger, this limit is 2^-40 times the bound. */
 typedef struct kr_event {
     const kr_term *terms;     /* the `count` terms of g */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
@@ -483,17 +484,17 @@ typedef struct kr_event_hit {
 } kr_event_hit;
 /* Sets the events at which kr_top_seek stops. Events do not affect the states. `events` must remain
  * valid until the next call, or until the top is freed. Returns KR_ERR_NO_EVENTS unless the method
- * is taylor, KR_ERR_ARGUMENT if skip_heading is set and a term depends on the heading. */
+ * is taylor, and KR_ERR_ARGUMENT if skip_heading is set and a term depends on the heading. */
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
-/* Advances the top to the next event, or to t if t comes first. Returns KR_ERR_STEP if an event
- * lies in a step that is shorter than doubles can resolve. */
+/* Advances the top to the next event, or to t if t comes first (hit->index is then -1). Returns
+ * KR_ERR_STEP if an event lies in a step that is shorter than doubles can resolve. */
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
 /* Groups of tangents (derivatives of the state), listed as X(parameter, bit, columns, name).
  * Computing tangents changes no state, unless damping is strong. Rows 1 to 3 are the rotation
- * vector of the attitude in the frame of description [rad], rows 4 to 6 the momentum in space. The
- * columns of START are derivatives by the same numbers of the initial state, others by parameters
- * at fixed initial momentum. Moments, com, damping and rotor refer to the principal axes. */
+ * vector of the attitude in the frame of description [rad], rows 4 to 6 the momentum in space.
+ * Columns of START are derivatives by the same six numbers of the initial state, others by
+ * parameters at a fixed initial state. Moments, com, damping, rotor: along the principal axes. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \
@@ -517,36 +518,36 @@ enum {
 /* clang-format on */
 /* Returns the number of columns of the tangent matrix for a sum of KR_TANGENT_... flags. */
 KR_API size_t kr_tangent_columns(uint64_t tangents);
-/* Writes the tangents at the current state: 6 rows of kr_tangent_columns numbers, and their digits
- * beyond double precision to `low`, which may be NULL. Returns KR_ERR_ARGUMENT without tangents,
- * and KR_ERR_TANGENT if a tangent exceeds the range of doubles. */
+/* Writes the tangents at the current state: 6 rows of kr_tangent_columns numbers. Writes their
+ * digits beyond double precision to `low`, which may be NULL. Returns KR_ERR_ARGUMENT without
+ * tangents, and KR_ERR_TANGENT if a tangent exceeds the range of doubles. */
 KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
 /* Writes the derivatives of a quantity at n states, from tangents[n][6][columns] to
- * out[n][doubles][columns]; those of q are rotation vectors. Derivatives that do not exist are NaN:
- * of Euler angles at a vertical apex, and by a com (of the apex) or a friction (of
- * body_acceleration) of 0. */
+ * out[n][rows][columns]; `by` has the flags of the columns. rows is quantity->doubles, or 3 for q
+ * (a rotation vector). Derivatives that do not exist are NaN: of Euler angles at a vertical apex,
+ * of the apex by a com of 0, and of body_acceleration by a friction of 0. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
 
 /* Checkpoints of kr_top_save_size bytes. A top with the same method, events, scene (except `start`)
  * and configuration (except max_steps and poll) continues from a checkpoint with the same bits and
- * events (up to rounding errors if only one kernel of taylor has fused multiply-add). kr_top_load
- * returns KR_ERR_CHECKPOINT, and leaves the top unchanged, if the checkpoint is damaged or of
- * another version, machine, scene or method. */
+ * events, but kernels of taylor with and without fused multiply-add differ in rounding errors. If
+ * the checkpoint is damaged or of another version, machine, scene or method, kr_top_load returns
+ * KR_ERR_CHECKPOINT, and leaves the top unchanged. */
 KR_API size_t kr_top_save_size(const kr_top *top);
 KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
 
 /* Many tops. A worker integrates tops with one method, one by one or in SIMD lanes. Each thread
  * needs its own worker. With method NULL, closed forms are used where they exist, also on supports
- * turning about e3, else taylor. The results for a top depend only on this top and its times. They
- * have the bits of kr_exact_state or of a kr_top, unless taylor integrates the top in a SIMD lane
- * (with at most 16 digits), where all instruction sets with fused multiply-add have the same
- * bits. */
+ * turning about e3, and taylor otherwise. The results for a top depend only on this top and its
+ * times. kr_exact_state or a kr_top gives the same bits, unless taylor integrates the top in a SIMD
+ * lane (with at most 16 digits). In SIMD lanes, all instruction sets with fused multiply-add give
+ * the same bits. */
 typedef struct kr_worker kr_worker;
 /* Reductions over time of one component of a quantity, listed as X(kind, name). WHERE_MIN and
- * WHERE_MAX are the first times of the extrema. If a value is NaN, all except LAST are NaN. */
+ * WHERE_MAX are the first times of MIN and MAX. If a value is NaN, all except LAST are NaN. */
 /* clang-format off */
 #define KR_REDUCE_LIST(X)                                                                         \
     X(MIN,       "min")                                                                           \
@@ -568,8 +569,8 @@ typedef struct kr_reduction {
     size_t component; /* index among the doubles of the quantity */
     kr_reduce kind;
 } kr_reduction;
-/* Indicators of the growth of a tangent since the initial time (only taylor, 16 digits; no damping,
- * friction, moving support). The tangent has the initial norm 1 in the internal units of the top.
+/* Indicators of the growth of a tangent since the initial time (taylor with 16 digits, no damping,
+ * friction or moving support). The tangent has the initial norm 1 in the internal units of the top.
  * Its components along the flow and the rotation about the vertical never grow, and are removed. */
 enum {
     KR_GROWTH_LOG,      /* ln |tangent|; LOG / time is the Lyapunov exponent */
@@ -586,8 +587,7 @@ typedef struct kr_outcome {
     kr_state last;    /* the last valid state, perhaps later than the last of `states` */
     kr_stats stats;
 } kr_outcome;
-/* Input and output of workers. Each top moves towards its last time, regardless of the sign of
- * step. */
+/* Input and output of workers. Each top moves towards its last time, whatever the sign of step. */
 typedef struct kr_tops {
     size_t n;
     const kr_scene *scenes;
@@ -597,8 +597,8 @@ typedef struct kr_tops {
     kr_state *states;     /* [n][times]; NaN after the first `done`; may be NULL */
     double *reduced;      /* [n][reductions]; NaN for a failed top; may be NULL */
     kr_outcome *outcomes; /* [n] */
-    /* Growth indicators, [n][times][KR_GROWTH_COUNT]; NaN after the first `done`; may be NULL.
-     * `direction` is the initial tangent, like a column of kr_top_tangents; NULL: a generic one. */
+    /* Growth indicators, [n][times][KR_GROWTH_COUNT], NaN after the first `done`; may be NULL.
+     * `direction`: initial tangent, like a column of kr_top_tangents; NULL: arbitrary numbers. */
     double *growth;
     const double *direction;
 } kr_tops;
@@ -608,8 +608,8 @@ KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, siz
 /* Computes the states of all tops at the requested times. Returns KR_OK even if tops fail (see
  * `outcomes`), but KR_ERR_INTERRUPTED, the status of unfinished tops, if config.poll stops it. */
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
-/* Computes sections like kr_worker_run: for each top, the first `times` states at which an event
- * occurs (see kr_top_watch). `t` holds the longest wait for each event: one number or, with
+/* Like kr_worker_run, but computes sections: for each top, the first `times` states at which the
+ * event occurs (see kr_top_watch). `t` holds the longest wait for each event: one number or, with
  * own_times, one per top; negative backward in time. If no event occurs in this time, the top gets
  * KR_ERR_EVENT. Returns KR_ERR_NO_EVENTS for methods other than taylor. */
 KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
@@ -620,7 +620,7 @@ KR_API void kr_worker_free(kr_worker *worker);
 
 /* Closed forms of free bodies and most free gyrostats, Lagrange tops, most Kowalewski tops, and
  * most Goryachev-Chaplygin tops with <m, e3> = 0, without damping, friction or moving support. Late
- * states are as accurate and as cheap as early ones. Reasons for refusals: X(name, message). */
+ * states are as accurate and as cheap as early ones. Reasons to refuse a top: X(name, message). */
 
 /* clang-format off */
 #define KR_REFUSAL_LIST(X)                                                                        \
@@ -652,27 +652,26 @@ typedef struct kr_exact_info {
     kr_kind kind;
     kr_refusal refusal; /* why kr_exact_plan returned KR_ERR_METHOD */
     size_t used;        /* used bytes of the kr_exact, of which a copy is a closed form as well */
-    /* Period of the nutation [T], INFINITY if constant; on a torus, period of the first angle. */
+    /* Period of the nutation [T], INFINITY if it is constant; on a torus, see `frequency`. */
     double period;
-    /* For Lagrange tops and free bodies, mean rates of the apex about the vertical and of the body
-     * about the apex [T^-1], without the jumps of Euler angles at the poles. For free bodies, the
-     * momentum replaces the vertical, and the principal axis that circulates about it, at an acute
-     * angle (the symmetry axis, if there is one), replaces the apex. */
+    /* For Lagrange tops, mean rates of the apex about the vertical and of the body about the apex
+     * [T^-1], without the jumps of Euler angles at the poles. For free bodies, the momentum
+     * replaces the vertical, and the principal axis that circulates about it, at an acute angle
+     * (the symmetry axis, if there is one), replaces the apex. */
     double precession_rate, spin_angle_rate;
-    /* For Kowalewski and Goryachev-Chaplygin tops, two frequencies of the body on its torus and the
-     * mean rate of precession [T^-1]. The frequencies of the attitude are sums of multiples of
-     * these three. For free gyrostats, the frequency of m in the body, the mean rate of the
-     * rotation about m, and 0. */
+    /* For Kowalewski and Goryachev-Chaplygin tops, two angular frequencies of the body on its torus
+     * (the first is pi / period), and the mean rate of precession [T^-1]. Sums of integer multiples
+     * of the three are the angular frequencies of the attitude. For free gyrostats, the angular
+     * frequency of m in the body (2 pi / period), the mean rate of the rotation about m, and 0. */
     double frequency[3];
-    /* For these tops, the largest relative error of the closed form where it is checked. The error
-     * of the attitude is at most about ten times as large, plus a rounding error for each radian
+    /* For the tops of `frequency`, the largest relative error found by checks of the closed form.
+     * The attitude error is at most about ten times as large, plus a rounding error for each radian
      * about the vertical if the integral G of a Goryachev-Chaplygin top is near 0. */
     double certificate;
 } kr_exact_info;
 #define KR_EXACT_BOUND 1e-11
 typedef struct kr_exact kr_exact;
-/* Returns the size of a kr_exact in bytes: at most KR_EXACT_SIZE for Lagrange tops and free
- * bodies. */
+/* Returns the size of a kr_exact: at most KR_EXACT_SIZE bytes for Lagrange tops and free bodies. */
 #define KR_EXACT_SIZE 704
 KR_API size_t kr_exact_size(const kr_scene *scene);
 /* Computes the closed form in memory of kr_exact_size(scene) bytes, which the caller owns and
@@ -691,8 +690,8 @@ KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Writes n states faster than kr_exact_state would, with bitwise equal results. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
 /* Returns the state at two angles [turns] on the torus, with the initial time and an arbitrary
- * heading. In a motion, these angles grow at the rates frequency[0] and frequency[1]. NaN for other
- * motions. */
+ * heading (angle about e3). In a motion, these angles grow by frequency[0] / (2 pi) and
+ * frequency[1] / (2 pi) turns per unit of time. For motions without a torus, returns NaN. */
 KR_API kr_state kr_exact_state_at(const kr_exact *exact, double first, double second);
 
 /* Turning points of the apex of a Lagrange top, or of a free body with the apex on its axis. */
@@ -700,14 +699,14 @@ typedef struct kr_nutation {
     double least, greatest;     /* nutation [rad] */
     double t_least, t_greatest; /* first times of these values, or INFINITY [T] */
     /* (2 * sqrt(I1 * mass * gravity * |com|) - rotor along the apex) / I3 [T^-1]: the least spin of
-     * a stable upright (sleeping) top. */
+     * a stable upright (sleeping) top, with the moments I1 normal to the apex and I3 about it. */
     double critical_spin;
     /* "sleeping", "hanging", "steady", "separatrix", "pendulum", "rosette" (through the vertical),
-     * "loops", "cusps" or "waves"; of free bodies, "resting" or "circle" */
+     * "loops", "cusps" or "waves"; for a free body, "resting" or "circle". */
     const char *motion_type;
     /* <m, e3> + <m, apex>, <m, e3> - <m, apex>, I1, the energy of the rotation about the apex, and
-     * mass * gravity * com along the apex. With h = nutation / 2, the energy minus I1/2 (d
-     * nutation/dt)^2 is (sum tan h + difference cot h)^2 / 8 I1 + axial_energy + lever cos 2h. */
+     * mass * gravity * com along the apex. With h = nutation / 2, the energy is 2 I1 (dh/dt)^2 +
+     * (sum tan h + difference cot h)^2 / (8 I1) + axial_energy + lever cos 2h. */
     double sum, difference, inertia, axial_energy, lever;
 } kr_nutation;
 /* Computes the turning points. Returns KR_ERR_METHOD unless kr_nutation applies. */

@@ -1,24 +1,24 @@
 /* The interface of an integration method. Each method has a line in methods.def and a source file,
  * usually in methods/. It advances a motion (kr_motion) by steps. The driver (driver/) converts
- * units, computes states at requested times, limits steps and recovers from failures. */
+ * units, computes states at requested times, limits steps and recovers from failures. The principal
+ * axes N, B, T and the space axes e1, e2, e3 are defined in kreisel.h. */
 #ifndef KR_METHOD_H
 #define KR_METHOD_H
 #include "math/su2_dd.h"
 
-/* The body of a motion in double-double numbers, sums of a high and a low word. With up to 16
- * digits, all low words except those of `differences` are zero. */
+/* The body of a motion, along the internal axes and in internal units (kr_motion), in double-double
+ * numbers (high and low words). With up to 16 digits, only `differences` has nonzero low words. */
 typedef struct body_dd {
     vec_dd inertia, lever, rotor;
     vec_dd differences; /* of the moments, more accurate than from `inertia`: y - z, z - x, x - y */
     vec_dd com;         /* centre of mass, divided by a power of two (kr_scene_pull) */
     quat_dd rest;       /* rotation from the internal axes to kr_body.axes, which are rounded */
 } body_dd;
-/* The state of motion of a top, in internal axes and units. The internal axes are the principal
- * axes N, B, T (kreisel.h): as given, for methods with KR_METHOD_DIGITS; for others, permuted so
- * that T is the symmetry axis or, if all moments differ, B has the intermediate moment. The
- * internal units are powers of two times the user's units, in which the largest moment of inertia
- * and the rate of rotation are about one. Methods with KR_METHOD_ABSOLUTE use the user's unit of
- * time. */
+/* The state of motion of a top, in internal axes and units. The internal axes of methods with
+ * KR_METHOD_DIGITS are the principal axes N, B, T. For other methods, the axes are permuted so that
+ * T is the symmetry axis or, if all moments differ, B has the intermediate moment. The internal
+ * units are powers of two times the user's units, in which the largest moment of inertia and the
+ * rate of rotation are about one. Methods with KR_METHOD_ABSOLUTE use the user's unit of time. */
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
@@ -30,26 +30,24 @@ typedef struct kr_motion {
     /* The work array of the method, whose length is kr_method.work. Checkpoints copy it, so it must
      * not contain pointers. The work array of kr_top.main is aligned to 64 bytes. */
     double *work;
-    /* Further data of the method, such as its kernel or the memory of another library, which
-     * `release` frees. */
+    /* Further data of the method, such as its kernel. `release` frees it. */
     void *aux;
-    /* Nonzero: states are determined only up to a rotation about the vertical
-     * (KR_METHOD_SKIPS_HEADING). */
+    /* Nonzero: states are determined only up to a rotation about e3 (kr_config). */
     int skip_heading;
     /* The number of requested digits, or 0 if `tol` is used. */
     int digits;
-    /* Low words. For kr_method.reset: of the initial attitude and, with more than 16 digits, of the
-     * momentum, which then has components along the internal axes. After kr_method.at with more
-     * than 16 digits: of its time and state. */
+    /* Low words of a state. The driver sets q for kr_method.reset and, with more than 16 digits, m:
+     * the momentum is then along the internal axes instead of e1, e2, e3. With more than 16 digits,
+     * kr_method.at reads the low word of its time from t, and writes q and m. */
     kr_state low;
     body_dd *body; /* set by the method, or with more than 16 digits by the driver */
-    /* The user's scene, with the initial state that was set last. Closed-form solutions use the
-     * scene directly, because a conversion to internal units has rounding errors. */
+    /* The user's scene, with the initial state that was set last. Closed forms use the scene,
+     * because the conversion to internal units causes rounding errors. */
     const kr_scene *scene;
     /* The internal units of time and momentum, in the user's units. */
     double time_unit, momentum_unit;
-    /* The gravity gradient k, which adds e3 x (q (k J P) q*) to the torque, with the inertia J and
-     * the vertical P in the body frame. */
+    /* The gravity gradient k, which adds e3 x (q (k J P) q*) to the torque in space, with the
+     * inertia J and the vertical P along the internal axes. */
     double gradient;
 } kr_motion;
 /* Returns the double-double body of a motion with up to 16 digits. `com` is body_dd.com. */
@@ -65,15 +63,15 @@ static inline body_dd make_body_dd(const kr_motion *motion, kr_vec3 com)
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
 typedef struct kr_step_polynomial {
     int order; /* at most KR_POLYNOMIAL_ORDER_MAX */
-    /* The Taylor coefficients of (q, 0, P) and (0, W): the attitude, the vertical in the body, and
-     * the angular velocity in the body, divided by `rate`, so that |W| < 1. */
+    /* Taylor coefficients in tau = (time - begin) * rate: x of (q, 0, P), w of (0, W), with the
+     * attitude q and, in the body, the vertical P and the angular velocity W / `rate`; |W| < 1. */
     const double (*x)[8], (*w)[4];
     double end_x[8], end_w[4]; /* values at the end of the step */
     double rate, span;
     double begin, end; /* times of the step since the start, in internal units */
     /* Nonzero for a top with dry friction, a gravity gradient or a moving support. In this case,
-     * slope_x and slope_w are the derivatives of x and w at the end of the step, computed from the
-     * forces in this step. */
+     * slope_x and slope_w are the derivatives of x and w by tau at the end of the step. They are
+     * computed from the forces in this step, which may differ in the next step. */
     int is_disturbed;
     double slope_x[8], slope_w[4];
     /* The sign of the spin before the top stopped, while friction holds the top; else 0. */
@@ -85,14 +83,14 @@ typedef struct kr_step_polynomial {
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_step_polynomial;
 
-/* An infinitesimal perturbation of a motion, in internal units: a rotation vector along the
- * internal axes, and a change of the momentum in space. */
+/* An infinitesimal perturbation of a motion, in internal units: the rotation vector `turn` along
+ * the internal axes, and the change `push` of the momentum in space. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* The function of time to which the derivative of the torque by a parameter is proportional, at a
- * fixed attitude: the acceleration g(t) = gravity - A r^2 cos(r t + phase) (STRENGTH), a constant
- * (UNIFORM), or the derivative of g(t) by the amplitude A, the rate r or the phase. */
+/* A function of time, to which the derivative of the torque by a parameter is proportional if the
+ * attitude is fixed: g(t) = gravity - A r^2 cos(r t + phase) (kreisel.h; STRENGTH), 1 (UNIFORM), or
+ * the derivative of g(t) by A (AMPLITUDE), by r (RATE) or by phase (PHASE). */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,
@@ -104,8 +102,7 @@ typedef enum kr_timing {
 /* The input for one tangent: an initial perturbation, and the derivatives of the coefficients of
  * the equations of motion by a parameter. On a shaken support, the derivative of the lever is
  * `pull` times the function `timing`. `apex` is the derivative of the direction of the centre of
- * mass. Vectors are along the principal axes, except at_start.push and `turning` (along e1, e2,
- * e3). */
+ * mass. Vectors are along the principal axes, but at_start.push and `turning` along e1, e2, e3. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
@@ -124,8 +121,8 @@ typedef struct kr_tangent_ops {
     /* Propagates n deviations over the last step of a motion. Returns KR_ERR_TANGENT if a result
      * exceeds the range of doubles. */
     kr_status (*advance)(const kr_motion *motion, double *memory, size_t n);
-    /* Writes the deviations at the time for which kr_method.at was called last. The sum of q and
-     * motion->low.q is the attitude at this time. */
+    /* Writes the n deviations at the time of the last call of kr_method.at. The attitude at this
+     * time is q + motion->low.q. */
     void (*evaluate)(const kr_motion *motion, kr_quat q, double *memory, size_t n,
                      kr_deviation out[]);
     /* Returns the largest ratio so far of the last Taylor term of a deviation to its norm. */
@@ -139,7 +136,7 @@ extern const kr_extended_ops kr_extended;
 void kr_tangents_start(struct kr_top *top);
 
 /* Returns KR_OK if `method` supports the damping, friction, gravity gradient and support motion of
- * a scene, else an error code. */
+ * a scene, else the error code of the first that it does not support. */
 kr_status kr_refusal_by_method(const struct kr_method *method, const kr_scene *scene);
 
 /* A string that a linker omits together with the objects that refer to it. String literals of a
@@ -153,13 +150,13 @@ struct kr_method {
     int order;
     unsigned flags; /* KR_METHOD_DENSE is not stored, because it follows from `at` */
     /* `applies` returns 1 if the method applies to a valid body of the given kind under any
-     * gravity, `suits` returns 1 if it applies to a valid scene. If both are NULL, the flags
-     * decide. */
+     * gravity, `suits` returns 1 if it applies to a valid scene. If `suits` is NULL, `applies`
+     * decides; if both are NULL, the flags decide. */
     int (*applies)(const kr_body *body, kr_kind kind);
     int (*suits)(const kr_scene *scene);
     size_t work;
-    /* Returns how many numbers of memory the method needs for a scene in addition to the work
-     * array. Checkpoints do not contain them, because `reset` computes them again. NULL: none. */
+    /* Returns the number of doubles that the method needs for a scene beyond the work array.
+     * Checkpoints do not contain them, because `reset` computes them again. NULL: none. */
     size_t (*extra_doubles)(const kr_scene *scene);
     /* Begins the motion in the initial state `start`. On failure, a method with dense output leaves
      * `work` and `aux` unchanged. */
@@ -170,17 +167,16 @@ struct kr_method {
     kr_status (*step)(kr_motion *motion, double until);
     /* Writes the attitude, with unit norm, and the momentum at the end of the last step. */
     void (*read)(const kr_motion *motion, kr_state *s);
-    /* Writes the attitude and momentum at the time `clock` in the last step. NULL: no dense
-     * output. */
+    /* Writes the attitude and momentum at the time `clock`, in the last step. NULL: not dense. */
     void (*at)(kr_motion *motion, double clock, kr_state *s);
     /* Writes the states that `at` would write at n times, but faster. The times may lie beyond the
      * last step. May be NULL. */
     void (*at_times)(const kr_motion *motion, size_t n, const double clock[], kr_state out[]);
     /* Returns the Taylor polynomials of the last step. May be NULL. */
     kr_step_polynomial (*polynomial)(const kr_motion *motion);
-    /* The functions for tangents (KR_METHOD_TANGENTS), for dry friction and moving supports
-     * (taylor), and for the states of more than 16 digits (KR_METHOD_DIGITS: kr_extended). NULL for
-     * other methods, and if the build omits them. */
+    /* Functions for tangents (KR_METHOD_TANGENTS), for dry friction, gravity gradients and moving
+     * supports (only taylor), and for more than 16 digits (KR_METHOD_DIGITS: kr_extended). A
+     * pointer is NULL if the method has no such functions, or if the build omits them. */
     const kr_tangent_ops *tangents;
     const struct kr_support_ops *supports;
     const kr_extended_ops *extended;
@@ -193,8 +189,8 @@ struct kr_method {
     const char *(*kernel)(const kr_motion *motion, int *order);
 };
 
-/* Returns M plus the momentum of the rotor. A zero rotor is not added, because this could change
- * the sign of a negative zero. */
+/* Returns M plus the momentum of the rotor, both along the internal axes. A zero rotor is not
+ * added, because this could change the sign of a negative zero. */
 static inline kr_vec3 motion_add_rotor(const kr_motion *motion, kr_vec3 M)
 {
     const kr_vec3 h = motion->rotor;
@@ -205,15 +201,15 @@ static inline kr_vec3 motion_body_velocity(const kr_motion *motion, kr_vec3 M)
 {
     return v_over(v_sub(M, motion->rotor), motion->inertia);
 }
-/* Returns lever + k J P for the vertical P in the body frame and the gravity gradient k. The torque
- * in the body frame is P x (lever + k J P). */
+/* Returns lever + k J P, with the vertical P in the body frame, the inertia J and the gravity
+ * gradient k. The torque in the body frame is P x (lever + k J P). */
 static inline kr_vec3 find_effective_lever(const kr_motion *motion, kr_vec3 P)
 {
     if (motion->gradient == 0.0) return motion->lever;
     return v_axpy(motion->gradient, v_times(motion->inertia, P), motion->lever);
 }
-/* Returns the angular velocity of the support, along e1, e2, e3, in the units of the motion, or 0
- * for a support that turns about the vertical (the driver then turns the states). */
+/* Returns the angular velocity of the support, along e1, e2, e3, in internal units. Returns 0 for a
+ * support that turns about e3, because the driver then turns the states. */
 static inline kr_vec3 motion_support_velocity(const kr_motion *motion)
 {
     const kr_vec3 turning = motion->scene->turning;

@@ -1,15 +1,15 @@
 /* Functions that save a top to a block of memory (a checkpoint) and restore it. A checkpoint
  * contains no pointers. It consists of a header, the first SAVED_BYTES of kr_top (top.h), the work
  * arrays of its saved motions (kr_top.main and, without dense output, kr_top.saved), the tangents,
- * and a record of each event. A record holds the state of its search, so that a resumed run neither
- * repeats nor misses an event. A restored top continues on the same time grid, with the last step
- * size and order, and within the last step if the method has dense output. */
+ * and a record of each event. A record holds the state of the search for the event, so that a
+ * resumed run neither repeats nor misses an event. A restored top continues on the same time grid,
+ * with the last step size and order. With dense output, it can still evaluate its last step. */
 #include "top.h"
 
 typedef struct checkpoint_header {
     char what[16], version[16], method[32];
-    /* Four numbers: one that identifies the byte order; SAVED_BYTES; the size of the work array of
-     * one motion, in bytes; and the number of saved motions. */
+    /* The number 0x0102030405060708, which reveals the byte order; SAVED_BYTES; the size of the
+     * work array of one motion, in bytes; and the number of saved motions. */
     uint64_t layout[4];
     uint64_t sum; /* checksum of all bytes after the header */
 } checkpoint_header;
@@ -114,7 +114,7 @@ kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
 }
 
 /* Returns 1 if two tops have the same scene, except for the initial state, and the same
- * configuration, except for max_steps and poll; else 0. */
+ * configuration, except for max_steps, poll and context; else 0. */
 static int has_same_setup(const kr_top *one, const kr_top *other)
 {
     const kr_config *config = &one->config, *its = &other->config;
@@ -125,9 +125,9 @@ static int has_same_setup(const kr_top *one, const kr_top *other)
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
            config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
-/* Returns 1 if a motion from a checkpoint has the options and direction of `top`, and all counts,
- * indices and loop bounds in `motion` and its work array are in range; else 0. The checksum does
- * not exclude other numbers, because it can be forged. */
+/* Returns 1 if `motion`, from a checkpoint, has the options and direction of `top`, and all counts,
+ * indices and loop bounds in `motion` and in its work array `work` are in range; else 0. The
+ * checksum does not exclude invalid numbers, because it can be forged. */
 static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {
     const kr_motion *own = &top->main;
@@ -139,8 +139,8 @@ static int is_valid_motion(const kr_top *top, const kr_motion *motion, const voi
     if (stats->rejected > most || stats->evaluations > most || stats->iterations > most) return 0;
     return !top->method->is_valid || top->method->is_valid(work);
 }
-/* Returns 1 if `image`, a kr_top from a checkpoint, can continue `top`, else 0. `work` points to
- * the work arrays in the checkpoint. */
+/* Returns 1 if `top` can take over the data of `image`, a kr_top from a checkpoint, else 0. `work`
+ * points to the work arrays of the saved motions in the checkpoint. */
 static int is_valid_saved_top(const kr_top *top, const kr_top *image, const unsigned char *work)
 {
     const int64_t most = (int64_t)1 << 53;

@@ -1,18 +1,18 @@
 /* Conversion between the user's frame and units and the internal axes and units (method.h), for
- * more than 16 digits, in double-double arithmetic (sums of a high and a low word). run.c converts
- * with up to 16 digits. Input values are treated as exact. Quaternions are normalized.
- *
- * If a body was given by an inertia tensor J, the rotation q to its principal axes is rounded to
- * doubles (kr_body.axes), and q* J q is diagonal only up to rounding errors. The elements of q* J q
- * off the diagonal are computed without cancellation, and Jacobi's method finds the rotation `rest`
- * that removes them. The product q rest rotates vectors from the internal axes to the frame of
- * description (kreisel.h). The rotation `rest` is small unless two moments are nearly equal. */
+ * more than 16 digits, in double-double arithmetic (sums of a high and a low word). For up to 16
+ * digits, run.c converts. Input values are treated as exact. Quaternions are normalized. If a body
+ * was given by an inertia tensor J (kr_body.given), the rotation q from its principal axes to the
+ * frame of description (kreisel.h) is rounded to doubles (kr_body.axes). The tensor along the
+ * rounded axes, q* J q, is then diagonal only up to rounding errors. Its elements off the diagonal
+ * are computed without cancellation, and Jacobi's method finds the rotation `rest` that removes
+ * them. The product q rest rotates vectors from the internal axes to the frame of description. The
+ * rotation `rest` is small unless two moments are nearly equal. */
 #include "model/scene.h"
 #include "math/split_double.h"
 #include "top.h"
 
-/* An element of the inertia tensor off the diagonal is negligible up to this multiple of the
- * largest moment, even if two moments differ only by rounding errors. */
+/* Elements of the inertia tensor off the diagonal count as zero up to this value, in internal
+ * units. Even if two moments differ only by rounding errors, such elements have no effect. */
 #define LEAST_ELEMENT 0x1p-200
 /* Jacobi's method converges quadratically from elements that are rounding errors. */
 enum { TENSOR_SWEEPS = 6 };
@@ -23,14 +23,15 @@ quat_dd kr_extended_axes(const kr_top *top)
     return top->is_turned ? qdd_mul(axes, top->body.rest) : qdd_of(q_one());
 }
 /* Returns q* v q for a unit quaternion q. If the rotation is small, the error of each component is
- * small relative to this component of v. The errors of qdd_turn are small only relative to |v|. */
+ * small relative to this component of v, unlike the errors of qdd_turn (math/su2_dd.h). */
 static vec_dd turn_back_accurately(quat_dd q, vec_dd v)
 {
     const vec_dd across = vdd_scale_exactly(2.0, vdd_cross(v, q.v));
     return vdd_add(v, vdd_add(vdd_scale(q.w, across), vdd_cross(across, q.v)));
 }
-/* Returns the change of the vector q* m q, along the principal axes, if `low` is added to q and m
- * of `start`. Without unit norms, the result has the factor |q|^2 |axes|^2 (axes: kr_body.axes). */
+/* Returns the change of the vector (q axes)* m (q axes) if `low` is added to q and m of `start`.
+ * Here, `axes` is kr_body.axes, or 1 unless top->is_turned. This vector is the momentum along the
+ * principal axes, multiplied by |q axes|^2: the quaternions are not normalized. */
 static vec_dd find_body_momentum_change(const kr_top *top, const kr_state *start,
                                         const kr_state *low)
 {
@@ -44,10 +45,9 @@ static vec_dd find_body_momentum_change(const kr_top *top, const kr_state *start
     const quat_dd axes = qdd_of(top->scene.body.axes);
     return top->is_turned ? qdd_mul(qdd_mul(qdd_conj(axes), sum), axes).v : sum.v;
 }
-/* Returns the components along the internal axes of the momentum of the state start + low. If `low`
- * is NULL, the relative error of each component is about one rounding error of double-double
- * arithmetic. The small moment of inertia of a thin rod would amplify errors that are small only
- * relative to the norm. */
+/* Returns the momentum of the state start + low, along the internal axes. If `low` is NULL (zero),
+ * the relative error of each component is about one rounding error of double-double arithmetic. The
+ * small moment of inertia of a thin rod would amplify larger errors. */
 static vec_dd find_internal_momentum(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_quat axes = top->scene.body.axes;
@@ -100,8 +100,7 @@ static void find_diagonalization_residual(const kr_body *body, double inertia_un
 }
 /* Applies to the symmetric matrix a + diag(moments) the Jacobi rotation that annihilates its
  * element (p, p + 1), with indices modulo 3. Updates `a` and the product `rest` of all rotations.
- * Keeping `moments` apart from `a` preserves the digits of small moments and of differences of
- * moments. */
+ * Keeping `moments` apart from `a` preserves digits of small moments and of small differences. */
 static void apply_jacobi_rotation_dd(const double moments[3], dd a[3][3], quat_dd *rest, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
@@ -121,8 +120,8 @@ static void apply_jacobi_rotation_dd(const double moments[3], dd a[3][3], quat_d
     a[q][r] = a[r][q] = dd_add(dd_mul(s, apr), dd_mul(c, aqr));
 }
 /* Corrects the rounded principal axes and moments of a body that was given by a tensor. If two
- * moments are equal, rounding errors alone determine their axes. Such axes are not corrected if
- * results depend on them: with unequal damping or with tangents. */
+ * moments are equal, rounding errors alone determine the axes of these moments. Such axes are not
+ * corrected if results depend on them: with tangents, or with unequal damping along them. */
 static void refine_principal_axes(kr_top *top, double inertia_unit)
 {
     const kr_body *given = &top->scene.body;

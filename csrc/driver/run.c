@@ -17,9 +17,8 @@ enum {
 
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
-/* Returns the upper bound on |t| for requested times: `horizon` or, if the step size is fixed, at
- * most the duration of 2^50 steps. Beyond, the times of two grid points may round to the same
- * double. */
+/* Returns the bound that |t| of a requested time must not reach: `horizon` or, for a fixed-step
+ * method, at most 2^50 * |step|, beyond which two grid points could round to the same double. */
 static double limit_horizon_to_grid(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
@@ -28,8 +27,9 @@ double kr_top_horizon_of(const kr_top *top, const kr_scene *scene)
 {
     return limit_horizon_to_grid(top, kr_scene_horizon(scene));
 }
-/* Returns the internal axes, and the inertia, com, damping and rotor along them. Methods with
- * KR_METHOD_DIGITS use the unpermuted principal axes, which preserves digits of small tilts. */
+/* Returns the internal axes, and the inertia, com, damping and rotor along them. These axes are the
+ * working axes (body.h) or, for methods with KR_METHOD_DIGITS, the principal axes of kr_body, which
+ * keep q accurate near the upright attitude. */
 static kr_working find_working_axes(const kr_top *top)
 {
     const kr_scene *scene = &top->scene;
@@ -38,9 +38,9 @@ static kr_working find_working_axes(const kr_top *top)
                : kr_body_working_damped(&scene->body, scene->damping);
 }
 /* Returns the initial state, for up to 16 digits: the attitude of the internal axes, and the
- * momentum in space in internal units. If these axes are permuted principal axes, the small tilt of
- * a nearly upright top is the difference of two nearly equal components of q. Therefore, q is then
- * computed in double-double arithmetic, and top->main.low receives the low words of q. */
+ * momentum in space in internal units. If the internal axes are permuted principal axes, the small
+ * tilt of a nearly upright top is the difference of two nearly equal components of q. Therefore, q
+ * is then computed in double-double arithmetic, and top->main.low receives the low words of q. */
 static kr_state find_internal_start(kr_top *top)
 {
     const kr_state *start = &top->scene.start;
@@ -90,8 +90,9 @@ static kr_status set_units_and_body(kr_top *top)
                ? KR_OK
                : KR_ERR_ARGUMENT;
 }
-/* Converts `state` in place from internal axes and units to those of the user, and sets its time to
- * t. Returns 1, or 0 if the converted state is invalid; top->low is then unchanged. */
+/* Converts `state` in place from internal axes and units to the user's frame and units, and sets
+ * its time to t. With more than 16 digits, also sets top->low. Returns 1, or 0 if the converted
+ * state is invalid (kr_state_is_good, top.h); top->low is then unchanged. */
 static int convert_to_user(kr_top *top, double t, kr_state *state)
 {
     const kr_state low = top->low;
@@ -118,7 +119,7 @@ static int is_at_grid_point(const kr_top *top, int64_t k, double t)
     return fabs(grid_time(top, k) - t) <=
            2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
 }
-/* Returns the index of the last grid point at or before t, but at least that of the main motion. */
+/* Returns the index of the last grid point at or before t, but at least top->steps. */
 static int64_t find_grid_point_before(const kr_top *top, double t)
 {
     const int64_t k = (int64_t)((t - top->scene.start.t) / top->config.step + 0.5);
@@ -186,8 +187,8 @@ static double find_step_end(const kr_top *top)
     return is_adaptive(top) ? top->scene.start.t + top->main.clock * top->time_unit
                             : grid_time(top, top->steps);
 }
-/* Returns the time of the end of the last step or, if its rounded value lies beyond the end, the
- * next double towards the initial time. */
+/* Returns the time of the end of the last step, in the user's units. If rounding moves this time
+ * beyond the end, returns the next double towards the initial time instead. */
 static double find_step_end_rounded_inward(const kr_top *top)
 {
     const double at = find_step_end(top);
@@ -260,7 +261,7 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     /* On a rotating support, the motion depends on the heading (the angle about the vertical). */
     if (config->skip_heading && kr_support_turns(scene)) return KR_ERR_OPTION;
     /* The derivative by friction does not exist if friction is 0. The derivative by com does not
-     * exist if com is 0 and friction is not. */
+     * exist if friction is positive and com is 0. */
     const uint64_t missing = !(scene->friction > 0.0)           ? KR_TANGENT_FRICTION
                              : v_largest(scene->body.com) > 0.0 ? 0
                                                                 : KR_TANGENT_COM;
@@ -272,8 +273,8 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     return kr_body_has_rotor(&scene->body) && kr_method_suits(method, &without) ? KR_ERR_ROTOR
                                                                                 : KR_ERR_METHOD;
 }
-/* Initializes a top from a scene, method and configuration that are valid together. The work arrays
- * of `top` are already assigned. `low` has the low words of the initial state, or is NULL. */
+/* Initializes a top from arguments that check_config accepts. The work arrays of `top` are already
+ * assigned. `low` has the low words of the initial state, or is NULL. */
 static kr_status initialize_top(kr_top *top, const kr_scene *scene, const kr_state *low,
                                 const kr_method *method, const kr_config *config)
 {
@@ -349,8 +350,8 @@ void kr_top_free(kr_top *top)
     }
     free(top);
 }
-/* Copies the newly initialized top `begun` to `top`, but keeps the work arrays of `top`. The array
- * begun->main.work is top->side.work or, if the method has dense output, top->main.work. */
+/* Replaces `top` by the newly initialized top `begun`, but keeps its work arrays. begun->main.work
+ * is top->main.work or, without dense output, top->side.work, which is then copied. */
 static void replace_top(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;
@@ -421,8 +422,8 @@ kr_status kr_top_advance(kr_top *top, double t)
     return kr_top_record(top, 1, &t, &state, NULL, NULL);
 }
 /* Writes the states at t[0], t[1], ... to `out`, at most n, by one call of kr_method.at_times.
- * Stops before a time that does not follow the preceding one. Returns the number of states; 0: the
- * caller must compute the first state alone. If a step fails, writes its error code to `status`. */
+ * Stops before a time that does not follow the preceding one. Returns the number of states. If it
+ * is 0, the caller must compute the first state. If a step fails, writes its error to `status`. */
 static size_t record_batch(kr_top *top, size_t n, const double t[], kr_state out[],
                            kr_status *status)
 {

@@ -1,9 +1,9 @@
 /* Time stepping of a top, and recovery of the last valid state after a failure. NaN and infinity
  * persist in all later states of a fixed-step method, so its motion is checked and saved only every
- * KR_CHECK steps. After a failure, the steps since the last save are repeated to find the last
- * valid state. The state of an adaptive method is checked after every step, by the method itself if
- * it has dense output. Without dense output, a second motion (kr_top.side) leads from the beginning
- * of a step to a requested time in it. */
+ * KR_CHECK (top.h) steps. After a failure, the steps since the last save are repeated to find the
+ * last valid state. The state of an adaptive method is checked after every step, by the method
+ * itself if it has dense output. Without dense output, a second motion (kr_top.side) from the
+ * beginning of a step computes the state at a requested time in this step. */
 #include "top.h"
 
 /* The largest number of steps of the side motion for one requested time. */

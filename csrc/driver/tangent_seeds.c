@@ -1,7 +1,7 @@
 /* Initialization of tangents, which the integration methods propagate, and their conversion to the
- * user's frame and units. The tangent matrix has the 6 rows (rotation vector, change of momentum)
- * and the columns that KR_TANGENT_LIST (kreisel.h) defines. A seed (kr_seed, method.h) is the input
- * for one column: an initial perturbation, and derivatives of the coefficients of the motion. */
+ * user's frame and units. The tangent matrix has 6 rows (rotation vector, change of momentum) and
+ * the columns of the groups in KR_TANGENT_LIST (kreisel.h). A seed (kr_seed, method.h) is the input
+ * for one column: an initial perturbation, and derivatives of the equations by a parameter. */
 #include <math.h>
 #include <string.h>
 #include "model/scene.h"
@@ -58,10 +58,10 @@ static vec_dd find_internal_lever(const seed_list *to, dd weight, vec_dd com)
         dd_scale(to->time_unit, dd_scale(to->time_unit, dd_scale(1.0 / to->inertia_unit, weight)));
     return vdd_scale(own, com);
 }
-/* Adds the seed of a parameter of lever = mass * gravity * com. All arguments are in the user's
- * units. On a support at rest, d(lever) / d(parameter) = weight * com with the arguments `weight`
- * and `com`. On a shaken support, the derivative is mass * com times the function of time `timing`
- * (method.h). */
+/* Adds and returns the seed of a parameter on which lever = mass * gravity * com depends. Arguments
+ * are in the user's units. On a support that is not shaken, the derivative of the lever by the
+ * parameter is weight * com. On a shaken support, the derivative is mass * com times the function
+ * of time `timing` (kr_timing, method.h). */
 static kr_seed *add_lever_seed(seed_list *to, dd weight, double mass, vec_dd com, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);
@@ -70,8 +70,8 @@ static kr_seed *add_lever_seed(seed_list *to, dd weight, double mass, vec_dd com
     seed->timing = timing;
     return seed;
 }
-/* Adds the three seeds of the components of the centre of mass, `com`, along the principal axes.
- * The direction of the apex depends on `com` unless `com` is zero. */
+/* Adds the three seeds of the components of kr_body.com along the principal axes. Unless com is
+ * zero, the direction of the apex depends on com, and kr_seed.apex is set. */
 static void add_com_seeds(seed_list *to, const kr_top *top)
 {
     const kr_body *body = &top->scene.body;
@@ -132,8 +132,8 @@ kr_status kr_tangents_advance(kr_top *top)
     return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
 }
 
-/* Writes the divisor of each column, in the order of the flags KR_TANGENT_...: the internal unit of
- * its parameter in the user's units, or 1 if the unit was already applied to the seed. */
+/* Writes the divisor of each column of the tangent matrix, in the order of KR_TANGENT_LIST: the
+ * internal unit of its parameter in the user's units, or 1 if the seed is already divided by it. */
 static void write_parameter_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
@@ -150,9 +150,11 @@ static void write_parameter_units(const kr_top *top, double unit[KR_TANGENT_COLU
     if (by & KR_TANGENT_FRICTION) *unit++ = momentum / time;
     if (by & KR_TANGENT_GRADIENT) *unit = 1.0 / (time * time);
 }
-/* Writes column `from` of a tangent matrix of n columns in the user's frame and units, with the
- * unit of its parameter: high words to out[0], out[n], ... and low words to `low`. With more than
- * 16 digits, `axes` (kr_extended_axes) rotates the column into the user's frame, else top->axes. */
+/* Writes a column of the tangent matrix of n columns in the user's frame and units: high words to
+ * out[0], out[n], ..., out[5 n], low words to low[0], ..., low[5 n]. `from` is the column in
+ * internal units, and `unit` its divisor (write_parameter_units). The rotation from internal axes
+ * to the frame of description is `axes` (kr_extended_axes) with more than 16 digits, else
+ * top->axes. */
 static void write_tangent_column(const kr_top *top, quat_dd axes, const kr_deviation *from,
                                  double unit, size_t n, double *out, double *low)
 {

@@ -8,8 +8,8 @@
 enum { KR_CHECK = 256 /* number of steps between two inspections of a fixed-step motion */ };
 
 struct kr_top {
-    /* Fields that checkpoints store, with zeros in place of pointers. Another order of these
-     * fields, or of those of kr_config and kr_motion, would change the format of checkpoints. */
+    /* Fields that checkpoints store, with zeros in place of pointers. Reordering these fields, or
+     * the members of kr_config or kr_motion, would change the format of checkpoints. */
     kr_scene scene; /* the user's scene, with the start that was set last */
     const kr_method *method;
     kr_config config;
@@ -69,12 +69,12 @@ static inline void kr_event_reset_search(kr_event *event)
 quat_dd kr_extended_axes(const kr_top *top);
 /* Conversions for more than 16 digits, from and to internal axes and units (method.h). */
 struct kr_extended_ops {
-    /* Sets top->body: the principal axes, and the moments, centre of mass, rotor and lever along
+    /* Sets top->body: the internal axes, and the moments, centre of mass, rotor and lever along
      * them, in double-double numbers. inertia_unit is the internal unit of moments of inertia. */
     void (*set_body)(kr_top *top, double inertia_unit);
-    /* Converts the initial state `start` to internal units, with the momentum along the internal
-     * axes. `low` has the low words of `start`, or is NULL. Stores the low words of the result in
-     * main.low. */
+    /* Returns the initial state `start` in internal units, with the attitude of the internal axes
+     * and the momentum along these axes. `low` has the low words of `start`, or is NULL. Writes the
+     * low words of the returned state to main.low. */
     kr_state (*from_user)(kr_top *top, const kr_state *start, const kr_state *low);
     /* Converts a state in place to the user's frame and units. Sets top->low to its low words. */
     void (*to_user)(kr_top *top, kr_state *state);
@@ -100,8 +100,8 @@ static inline void kr_tangents_begin(kr_top *top)
 }
 /* Propagates the tangents over the last step. */
 kr_status kr_tangents_advance(kr_top *top);
-/* Restarts a top as if kr_top_create had made it with `scene` and `config`. `low` has the low words
- * of the initial state, or is NULL. Leaves the top unchanged on failure. */
+/* Restarts a top as if kr_top_create had made it with `scene` and `config`, but keeps its events.
+ * `low` has the low words of the initial state, or is NULL. On failure, the top is unchanged. */
 kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
                       const kr_config *config);
 /* Returns |step|, or -|step| if `back` is nonzero; in the latter case, -0.1 if `step` is 0. */
@@ -110,11 +110,11 @@ static inline double kr_step_directed(double step, int back)
     const double size = fabs(step);
     return !back ? size : size > 0.0 ? -size : -0.1;
 }
-/* Sets the current state to that at the end of the last step. Does nothing if this end is later
- * than t or not later than the last requested time. */
+/* Sets the current state to the state at the end of the last step. Does nothing if this end is
+ * later than t or not later than the last requested time, in the direction of time. */
 kr_status kr_top_sync(kr_top *top, double t);
 /* After a failure, sets the main motion to its last valid state, by repeating the steps from the
- * saved motion. Returns the error code of the failed step. */
+ * saved motion. Returns the error of the failed step, or KR_ERR_NOT_FINITE if it reported none. */
 kr_status kr_steps_recover(kr_top *top);
 /* Advances a top to grid point `goal`, and writes the state there to `state`. */
 kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state);
@@ -133,8 +133,8 @@ static inline double internal_time(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
-/* Writes the state, in internal units, at the user's time t within the last step of a method with
- * dense output. With more than 16 digits, main.low receives the low words. */
+/* Writes the state at the user's time t, in internal axes and units, by dense output. The time t
+ * lies within the last step. With more than 16 digits, main.low receives the low words. */
 static inline void kr_top_evaluate(kr_top *top, double t, kr_state *state)
 {
     top->main.low.t = two_sum(t, -top->scene.start.t).lo / top->time_unit;

@@ -1,12 +1,13 @@
-/* Code shared by the Bobenko-Suris maps of the Lagrange top. With the step size h, the moments I1 =
- * I_N = I_B and I3 = I_T, the momentum m, and the symmetry axis a = q e3 q*:
+/* Code shared by the Bobenko-Suris maps of the Lagrange top. Let h be the step size, q the
+ * attitude, m the momentum in space, a = q e3 q* the symmetry axis in space, com_T the coordinate
+ * of the centre of mass along this axis, I3 the moment about it, and I1 the moment normal to it:
  *     drift  q <- Cay(h m / I1) q R,    Cay(v) = (1, v/2) / sqrt(1 + |v|^2/4)
  *     kick   m <- m + k e3 x a,         k = h * mass * gravity * com_T
  *     twist  R = (cos s, 0, 0, sin s),  2 s = h c / I3 - 2 atan(h c / (2 I1)),   c = <m,a>
  * R rotates the body about its symmetry axis by the same angle 2 s in every step, so that the total
  * rotation about this axis is exact. R commutes with drifts and kicks. Therefore, the twists of all
- * n steps are applied together, as R^n, when the state is read. The twist angle in theorem 4.2 of
- * Bodack (2008) contains 2 atan(h c / (2 I3)) instead of h c / I3. */
+ * n steps are applied together, as R^n, when the state is read. (Theorem 4.2 of Bodack 2008
+ * contains 2 atan(h c / (2 I3)) instead of h c / I3.) */
 #ifndef KR_BOBENKO_SURIS_H
 #define KR_BOBENKO_SURIS_H
 #include "method.h"
@@ -18,8 +19,8 @@ typedef struct bobenko_suris_orbit {
     double half_twist, cos_half_twist, sin_half_twist; /* s, cos(s), sin(s) */
     double steps, cosine, sine; /* the number n of steps; cos(n s) and sin(n s) */
 } bobenko_suris_orbit;
-/* Each step updates cos(n s) and sin(n s) by the addition theorems, which is cheap. To limit
- * rounding errors, both are recomputed every BOBENKO_SURIS_REFRESH steps. */
+/* Each step updates `cosine` and `sine` (bobenko_suris_orbit) by the addition theorems. To limit
+ * rounding errors, sin_cos computes both again every BOBENKO_SURIS_REFRESH steps. */
 enum {
     BOBENKO_SURIS_WORK = sizeof(bobenko_suris_orbit) / sizeof(double),
     BOBENKO_SURIS_REFRESH = 64

@@ -1,19 +1,20 @@
-/* A fourth-order variant of the Bobenko-Suris map, with a modified kick and modified rates of
- * rotation (model/map_rates.h). A step of size h of the method is a step of size e of the following
- * map for the symmetry axis a, with u = <a,e3> and a potential V:
+/* A fourth-order variant of the Bobenko-Suris map of the Lagrange top. With the symmetry axis a (a
+ * unit vector in space), the momentum m and u = <a,e3>, a step of size h consists of constant
+ * rotations about e3 and a (model/map_rates.h), and of the following map with another step size e:
  *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
- * The map is explicit and integrable, and needs one kick per step. The map conserves the vertical
- * and axial momenta and a modified energy (kr_state_modified_energy). The step size e depends on
- * the orbit, so each step conserves the symplectic form only up to O(h^7). A step size h is refused
- * if 2 h^2 |E| or h^2 * mass * |gravity| * |com| exceeds 1, in units with I1 = 1, where E is the
- * modified energy of a top with I3 = I1. With a larger step size, the modified rates might be
- * undefined, or the modified kick might be inaccurate. The modified rates of rotation are computed
- * only once, from the initial state. */
+ * Here, I1 is the moment normal to a, Cay(v) the rotation whose quaternion is parallel to (1, v/2),
+ * and V' the derivative of a modified potential (bobenko_suris4_state). The method is explicit and
+ * integrable, and needs one kick per step. It conserves the vertical and axial momenta and a
+ * modified energy (kr_state_modified_energy). The step size e and the rotations are computed only
+ * once, from the initial state. They depend on the orbit, so each step conserves the symplectic
+ * form only up to O(h^7). A step size h is refused if 2 h^2 |K| or h^2 * mass * |gravity| * |com|
+ * exceeds 1, in units with I1 = 1, because e might not exist. Here, K is the modified energy of a
+ * top with I3 = I1. */
 #include "bobenko_suris.h"
 #include "model/map_rates.h"
 
-/* Each step also includes fixed rotations about the vertical and the symmetry axis. Their product
- * over all steps is applied only when a state is read. */
+/* Each step also includes constant rotations about the vertical and the symmetry axis. The
+ * rotations in all steps are applied together, but only when a state is read. */
 typedef struct {
     bobenko_suris_orbit o; /* o.m includes half of the next kick */
     double b;              /* V'(u) = lever (1 - b u) / (1 + b^2 u^2) */

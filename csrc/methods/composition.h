@@ -1,14 +1,14 @@
 /* Symmetric compositions of kicks and drifts (splitting.h), and their coefficients. The methods
  * conserve the vertical momentum and, for Lagrange tops and torque-free symmetric bodies, the
- * momentum about the symmetry axis. The energy error is bounded and O(h^order). A step is
+ * momentum about the symmetry axis. The energy error is bounded and O(h^order), with the step size
+ * h. A step is
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s,
- * where a_i and b_i are fractions of the step size. The sequences a_1 ... a_s and b_0 ... b_s are
- * palindromic, and each sums to 1. A row of the table therefore lists only the first half of each
- * sequence, without the middle coefficient. A row without kick coefficients composes s steps of
- * Strang splitting, with b_i = (a_i + a_(i+1)) / 2 and a_0 = a_(s+1) = 0. A composition with kick
- * coefficients begins and ends with a drift: b_0 = b_s = 0, which the table omits. If the drift is
- * exact, the coefficients must satisfy only the order conditions of Runge-Kutta-Nystrom methods. Of
- * orders 6 and 8, these compositions are cheaper than repeated ones with Suzuki's coefficients. */
+ * where a_i and b_i are fractions of h. The sequences a_1 ... a_s and b_0 ... b_s are palindromic,
+ * and each sums to 1. A row of compose_table therefore lists only the first half of each sequence,
+ * without the middle coefficient. A row without kick coefficients composes s steps of Strang
+ * splitting, with b_i = (a_i + a_(i+1)) / 2 and a_0 = a_(s+1) = 0. A row with kick coefficients
+ * omits b_0 = b_s = 0: the step begins and ends with a drift. Its coefficients satisfy only the
+ * order conditions of Runge-Kutta-Nystrom methods, which suffice if the drift is exact. */
 #ifndef KR_COMPOSITION_H
 #define KR_COMPOSITION_H
 #include "splitting.h"
@@ -26,8 +26,7 @@ static const struct {
     [KAHAN_LI6] = {.stages = 9,
                    .drift = {0.39216144400731413928, 0.33259913678935943860,
                              -0.70624617255763935981, 0.08221359629355080023}},
-    /* Kahan and Li, Mathematics of Computation 66 (1997); Hairer, Lubich, Wanner V.3.2, (3.13).
-     * The 15 stages of Suzuki and Umeno (1993), also of order 8, are not better. */
+    /* Kahan and Li, Mathematics of Computation 66 (1997); Hairer, Lubich, Wanner V.3.2, (3.13) */
     [KAHAN_LI8] = {.stages = 17,
                    .drift = {0.13020248308889008088, 0.56116298177510838456,
                              -0.38947496264484728641, 0.15884190655515560090,
@@ -43,9 +42,10 @@ static const struct {
                                0.004914688774712854, 0.143761127168358, 0.328567693746804}},
 };
 
-/* The coefficients of one step: drift[0], kick[0], drift[1], ... as fractions of the step size. The
- * last kick of a step is merged with the first kick of the next step. Between steps, the momentum
- * therefore already includes the first kick of the next step, whose coefficient is `ahead`. */
+/* The coefficients of a step, as fractions of the step size, in the order drift[0], kick[0],
+ * drift[1], ... The last kick of a step is merged with the first kick of the next step, whose
+ * coefficient is `ahead`. Between steps, the momentum therefore already includes this first
+ * kick. */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];

@@ -1,6 +1,5 @@
 /* Extrapolation with order and step-size control (extrapolation.h), applied to the twelve equations
- * of motion in the inertial frame (Bodack 2008, 3.9; space_frame.h). The method does not conserve
- * the integrals of motion. */
+ * of motion in space (Bodack 2008, 3.9; space_frame.h). No integral of motion is conserved. */
 #include "extrapolation.h"
 #include "space_frame.h"
 

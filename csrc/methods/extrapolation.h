@@ -1,12 +1,13 @@
-/* Gragg-Bulirsch-Stoer extrapolation with order and step-size control, for any formulation of the
- * motion as twelve differential equations. T(j,1) is the result of the midpoint rule for one step,
- * with n_j = 2 j substeps and Gragg's smoothing. The asymptotic expansion of the error contains
- * only even powers of 1 / n_j. The Aitken-Neville scheme therefore gives the better approximations
+/* Gragg-Bulirsch-Stoer (GBS) extrapolation with order and step-size control, for any formulation of
+ * the motion as twelve differential equations. T(j,1) is the result of the midpoint rule for one
+ * step, with n_j = 2 j substeps and Gragg's smoothing. The asymptotic expansion of its error
+ * contains only even powers of 1 / n_j. The Aitken-Neville scheme therefore gives better
+ * approximations:
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
- * A step is accepted at row j of the table T if the scaled norm of T(j,j) - T(j,j-1) is at most tol
- * (Bodack 2008, 4.1.1). The next step is planned to converge in its target row, the row with the
- * least work per unit time. The rules and constants of the step-size control follow ODEX (Hairer,
- * Norsett, Wanner, II.9). The method does not conserve the integrals of motion. */
+ * A step is accepted at row j of the table T if the scaled norm (gbs_scaled_distance) of T(j,j) -
+ * T(j,j-1) is at most tol (Bodack 2008, 4.1.1). The next step is planned to be accepted at its
+ * target row, the row with the least work per unit time. The rules and constants of the step-size
+ * control follow ODEX (Hairer, Norsett, Wanner, II.9). No integrals are conserved. */
 #ifndef KR_EXTRAPOLATION_H
 #define KR_EXTRAPOLATION_H
 #include <float.h>
@@ -66,8 +67,8 @@ static inline double gbs_scaled_distance(const double a[GBS_SIZE], const double 
     return sqrt(sum / (double)GBS_SIZE);
 }
 
-/* Computes T(row, 1). Returns 0 if the first substep of row 1 or 2 changes dy/dt by more than twice
- * the norm of dy/dt, because the extrapolation would then diverge; else 1. */
+/* Computes T(row, 1). Returns 1, or 0 if row <= 2 and the first substep changes dy/dt by more than
+ * twice the norm of dy/dt at the start of the step: the extrapolation would then diverge. */
 static inline int gbs_midpoint(gbs_attempt *a, int row)
 {
     const int n = 2 * row;
@@ -102,8 +103,8 @@ static inline void gbs_extrapolate(gbs_attempt *a, int row)
         for (int i = 0; i < GBS_SIZE; i++) worse[i] = better[i] + (better[i] - worse[i]) / divisor;
     }
 }
-/* Computes a row of the table, its error divided by tol, and the step size that follows from this
- * estimate. Returns 0 if the extrapolation diverges or its result is not finite, else 1. */
+/* Computes a row of the table, its error divided by tol, and the length of the next step that this
+ * error suggests. Returns 0 if the extrapolation diverges or its result is not finite, else 1. */
 static inline int gbs_add_row(gbs_attempt *a, int row)
 {
     const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;
@@ -136,7 +137,7 @@ static inline int gbs_converge(gbs_attempt *a, int from, int target)
 }
 
 /* Returns the row with the least expected work per unit of time in the next step. `target` is the
- * target row of this step. If `rejected` is nonzero, the returned row is at most a->row. */
+ * target row of the step in `a`. If `rejected` is nonzero, the returned row is at most a->row. */
 static inline int gbs_best_row(const gbs_attempt *a, int target, int rejected)
 {
     const double *work = a->work;
@@ -191,9 +192,9 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
     p->next = (gbs_control){.h = h, .target = row < 2.0 ? 2 : (int)row, .first = 1};
     return KR_OK;
 }
-/* Accepts a trial step, which ends at the time `end` in internal units. Of q and -q, the one is
- * chosen that is closer to the previous attitude after a rotation at the mean angular velocity,
- * because the top may rotate by more than half a turn per step. */
+/* Accepts a trial step, which ends at the time `end` in internal units. The top may rotate by more
+ * than half a turn per step. The sign of the new quaternion is therefore chosen by comparison with
+ * the previous quaternion, rotated at the mean angular velocity. */
 static inline void gbs_accept_step(kr_motion *motion, const gbs_attempt *a, double end)
 {
     gbs_path *p = (gbs_path *)motion->work;

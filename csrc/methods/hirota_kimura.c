@@ -1,13 +1,13 @@
 /* The discrete Euler top of Hirota and Kimura, which is Kahan's discretization of the free rigid
- * body. The map is explicit, birational and integrable. With the angular velocity W and the
- * momentum M in the body frame, the step size h, and Cay of bobenko_suris.h,
+ * body. The map is explicit, birational and integrable. With the step size h and, in the body
+ * frame, the angular velocity W and the momentum M, a step is
  *     M' - M = (h/2) (M x W' + M' x W),    q' = q Cay(h (W + W') / 2)
- * (Hirota and Kimura, Journal of the Physical Society of Japan 69, 2000; Kahan 1993). The map
- * conserves two rational integrals, which differ by O(h^2) from functions of the energy and |m|.
- * The angular momentum vector itself is not conserved. The Hirota-Kimura map applies only to
- * torque-free bodies. An analogous map exists for the Lagrange top, but it does not conserve the
- * length of the body-frame vertical P. Moreover, P alone does not determine the attitude of a
- * top. */
+ * where Cay(v) is the unit quaternion parallel to (1, v/2) (Hirota and Kimura, Journal of the
+ * Physical Society of Japan 69, 2000; Kahan 1993). The map conserves two rational integrals, which
+ * differ by O(h^2) from functions of the energy and |M|. The angular momentum vector in space is
+ * not conserved. The Hirota-Kimura map applies only to torque-free bodies. An analogous map exists
+ * for the Lagrange top, but it does not conserve the length of the body-frame vertical P, and P
+ * alone does not determine the attitude. */
 #include "method.h"
 
 typedef struct {

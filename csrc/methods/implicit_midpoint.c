@@ -1,10 +1,10 @@
-/* The implicit midpoint rule for the attitude q and the momentum m, for comparison on stiff
- * problems:
- *     (q' - q) / h = q_ V / 2,    m' = m + h mass p x a_,    q_ = (q + q') / 2
- * with the step size h, p = gravity * e3, and the centre of mass a_ at the attitude q_ / |q_|. The
- * first equation is equivalent to q_ / |q_| = q r and q' = q r^2, where the unit quaternion r is
- * parallel to (1, h V / 4). V = J^-1 (r* q* (m + m')/2 q r - R) is the angular velocity at the
- * midpoint, in the body frame, with the momentum R of the rotor. The nonlinear equation for V is
+/* The implicit midpoint rule for the attitude q and the momentum m in space, for comparison on
+ * stiff problems. A step of size h is
+ *     (q' - q) / h = q_ V / 2,    m' = m + h torque(q_ / |q_|),    q_ = (q + q') / 2
+ * with the torque of the weight and of the gravity gradient (motion_torque). The first equation is
+ * equivalent to q_ / |q_| = q r and q' = q r^2. Here, V is the angular velocity at the midpoint, in
+ * the body frame, and r is the unit quaternion parallel to (1, h V/4). With the inertia J and the
+ * momentum R of the rotor, V = J^-1 (r* q* (m + m')/2 q r - R). This nonlinear equation for V is
  * solved by Newton's method (Hairer, Lubich, Wanner, VII.5). The method conserves the norm of q and
  * the vertical momentum. For small h |V|, the errors of the energy and the axial momentum are
  * bounded and O(h^2). */
@@ -25,8 +25,8 @@ typedef struct {
     kr_vec3 residual; /* J V - (M - R) */
 } attempt;
 
-/* Evaluates the residual and the other members of `attempt` for an approximate angular velocity V.
- * M and P are the momentum and the vertical at the beginning of the step, in the body frame. */
+/* Returns the `attempt`, with its residual, for an approximate angular velocity V. M and P are the
+ * momentum and the vertical at the beginning of the step, in the body frame. */
 static attempt evaluate_midpoint_residual(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
     attempt a = {.y = v_scale(0.25 * motion->step, V)};

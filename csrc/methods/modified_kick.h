@@ -1,11 +1,13 @@
-/* The modified kick of Takahashi and Imada, with which a splitting has order 4 up to a change of
- * variables. With the step size h and the lever A (method.h), the kick is
- *     m += h e3 x q L q*,   L = A + k A x J^-1 (P x A),   P = q* e3 q,   k = -h^2/12.
- * This is the kick of a modified potential: the potential minus h^2/24 <torque, J^-1 torque>. A
- * step (half kick, drift, half kick) is conjugate to a method of order 4. The conjugating map,
- * called the processor, is the flow of the Hamiltonian G = k d(potential)/dt over one unit of time:
- *     Om = k J^-1 (A x P),   dm/dt = q (k P x (W x A)) q*,   W = J^-1 (M - R)
- * (Om: angular velocity of this flow; Om, W, M, P: in the body frame; R: momentum of the rotor).
+/* The modified kick of Takahashi and Imada, with which a splitting (splitting.h) has order 4 up to
+ * a change of variables. Let q be the attitude, m the momentum in space, h the step size, A the
+ * lever (method.h), J the inertia, R the momentum of the rotor and, in the body frame, P = q* e3 q
+ * the vertical, M = q* m q the momentum and W = J^-1 (M - R) the angular velocity. The kick is
+ *     m += h e3 x q L q*,   L = A + k A x J^-1 N,   N = P x A,   k = -h^2/12
+ * with the torque N. It is the kick of a modified potential: the potential <A,P> minus h^2/24 <N,
+ * J^-1 N>. A step (half kick, drift, half kick) is conjugate to a method of order 4. The
+ * conjugating map, called the processor, is the flow of the Hamiltonian G = k d<A,P>/dt over one
+ * unit of time:
+ *     angular velocity in the body frame: -k J^-1 N,   dm/dt = q (k P x (W x A)) q*
  * The implicit midpoint rule integrates the flow, so that -k inverts +k (Takahashi and Imada 1984;
  * Rowlands 1991). The processor is applied when a state is read, and its inverse when a state is
  * set; the steps in between do not need it. The modified kick conserves the vertical momentum, and
@@ -50,7 +52,8 @@ static inline kr_vec3 modified_kick_impulse(const modified_kick *kick, kr_quat q
     return v3(-part * kick->h * a.y, part * kick->h * a.x, 0.0);
 }
 /* Returns 1 if the top rotates by at most max_angle radians per step, else 0. The estimated rate of
- * rotation is the maximum that the energy permits, or that due to the rotor if that is larger. */
+ * rotation is the maximum that the energy of `start` permits or, if that is smaller, the largest
+ * rate that the momentum of the rotor alone can cause. */
 static inline int modified_kick_is_step_small(const modified_kick *kick, const kr_state *start,
                                               double max_angle)
 {
@@ -62,10 +65,9 @@ static inline int modified_kick_is_step_small(const modified_kick *kick, const k
     const double carried = v_length(kick->rotor) * v_largest(kick->inverse);
     return kick->h * kick->h * fmax(rate2, carried * carried) <= max_angle * max_angle;
 }
-/* Applies the processor, or its inverse if `sign` is -1, to q and m. Returns KR_ERR_STEP_SIZE if
- * h^2 |A| exceeds twice the smallest moment of inertia, because the modification of the potential
- * is then not small, or if the midpoint iteration does not converge, as beyond 12 times this
- * moment. */
+/* Applies the processor, or its inverse if `sign` is -1, to q and m. Returns KR_ERR_STEP_SIZE, and
+ * leaves both unchanged, if h^2 |A| exceeds twice the smallest moment of inertia, because the
+ * change of the potential is then not small, or if the midpoint iteration does not converge. */
 static inline kr_status modified_kick_apply_processor(const modified_kick *kick, double sign,
                                                       kr_quat *q, kr_vec3 *m)
 {

@@ -1,12 +1,11 @@
-/* The twelve equations of motion in space (Bodack 2008, 3.9), for rk4 and extrap. With p = gravity
- * * e3, the centre of mass a, the angular velocity w, and the principal axes N, B, T, on a support
- * at rest,
- *     A w' = (A w) x w + mass p x a,   N' = w x N,   B' = w x B,   T' = w x T,
- *     A = I_N N N^t + I_B B B^t + I_T T T^t  (the inertia tensor).
+/* The twelve equations of motion in space (Bodack 2008, 3.9), for rk4 and extrap. With the angular
+ * velocity w in the inertial frame, the principal axes N, B, T, the inertia tensor A, the momentum
+ * m of the body and its rotor (h), and the torque n of the weight and of the gravity gradient,
+ *     A w' = m x w + n,   N' = w x N,   B' = w x B,   T' = w x T   (on a support at rest)
+ *     A = I_N N N^t + I_B B B^t + I_T T T^t,   m = A w + h_N N + h_B B + h_T T.
  * On a support with the angular velocity S, all vectors have components along the axes of the
- * support; then N' = (w - S) x N (B and T alike), and w' has the further term -S x w. The rotor
- * momentum h = h_N N + h_B B + h_T T is added to A w. After numerical integration, (N, B, T) is
- * orthonormal only up to the error of the method. */
+ * support. In this case, w - S replaces w in N', B' and T', and w' has the further term -S x w.
+ * After numerical integration, (N, B, T) is orthonormal only up to the error of the method. */
 #ifndef KR_SPACE_FRAME_H
 #define KR_SPACE_FRAME_H
 #include "method.h"

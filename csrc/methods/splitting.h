@@ -1,28 +1,26 @@
-/* Kicks and drifts: the flows of the potential energy and of the kinetic energy, with the principal
- * axes N, B, T.
+/* Kicks and drifts: the flows of the potential energy and of the kinetic energy. With the momentum
+ * m, the principal axes N, B, T in space and the moments of inertia about them, the energy is
  *     H = potential + |m|^2/2I_B + (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2.
- * A kick changes only the momentum m. On a support at rest, a drift changes only the attitude
- * (McLachlan 1993, Reich 1994). The flow of the term in |m|^2 is a rotation about m, and commutes
- * with the flows of the other two kinetic terms. The drift of a symmetric body (I_N = I_B) is
- * therefore exact, and consists of two rotations. The drift of an asymmetric body consists of four
- * rotations: about m, about N, about T, and about N again. For an asymmetric body, the local error
- * of the drift is of third order in the step size. The local error is smallest if B is the
- * principal axis with the intermediate moment of inertia. A rotor with momentum h changes the rates
- * of rotation by constants, such as -h_N / I_N about the axis N. For a body with a rotor, the drift
- * generally contains two additional rotations about the principal axis B. The drift of a symmetric
- * body remains exact if the rotor momentum is along the symmetry axis T. A support with the angular
- * velocity S adds -<S,m> to H. The flow of this term rotates attitude and momentum against the
- * support, commutes with the kinetic energy, and is a part of the drift. Sums are compensated: the
- * rounding error of each sum is stored and added to the next sum (Kahan 1965). Rounding errors then
- * affect the energy only through the small changes of q and m per step. */
+ * A kick changes only m. On a support at rest, a drift changes only the attitude (McLachlan 1993,
+ * Reich 1994). The flow of |m|^2/2I_B is a rotation about m, and commutes with the flows of the
+ * other two kinetic terms, which are rotations about N and T. The drift of a symmetric body (I_N =
+ * I_B) is therefore exact, and consists of two rotations. The drift of another body consists of
+ * four rotations: about m, about N, about T, and about N again. Its local error is of third order
+ * in the step size, and is smallest if B is the axis with the intermediate moment. A rotor with
+ * momentum h changes the rates of rotation by constants, such as -h_N / I_N about N, and adds two
+ * rotations about B to the drift. The drift of a symmetric body remains exact if h is along T. A
+ * support with the angular velocity S adds -<S,m> to H. The flow of this term rotates attitude and
+ * momentum against the support, commutes with the kinetic energy, and is a part of the drift. Sums
+ * are compensated: the rounding error of each sum is stored and added to the next sum (Kahan 1965).
+ * Rounding errors then affect the energy only through the small changes of q and m per step. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
 #include "math/isa.h"
 #include "method.h"
 
-/* Inlining makes compositions faster, but the program longer. Programs optimized for size do not
- * inline. */
+/* Inlining makes compositions faster, but the program longer. If the compiler optimizes for size,
+ * it decides itself whether to inline these functions. */
 #ifdef __OPTIMIZE_SIZE__
 #  define SPLITTING_INLINE static inline
 #else
@@ -88,9 +86,8 @@ static inline void splitting_kick(splitting *s, const kr_motion *motion, double 
     splitting_add_impulse(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
 }
 
-/* The momentum m in the body frame, and the deviation r of a rotation from the identity: the
- * quaternion 1 + r is the product of the rotations of the body so far in a drift. In the body
- * frame, m rotates in the direction opposite to the rotation of the body. */
+/* The momentum m in the body frame, and a quaternion r: 1 + r is the product of the rotations of
+ * the body so far in a drift. In the body frame, m rotates opposite to the body. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;
@@ -208,8 +205,8 @@ static inline void splitting_drift(splitting *s, double part)
     else
         splitting_drift_plain(s, part);
 }
-/* Writes the state to `out`, after reversing the fraction `part` of a kick and applying the
- * accumulated rotation about the principal axis T. */
+/* Writes the state to `out`. Undoes the fraction `part` of a kick, which m already includes, and
+ * applies the accumulated rotation about the principal axis T. */
 static inline void splitting_read(const splitting *s, const kr_motion *motion, double part,
                                   kr_state *out)
 {

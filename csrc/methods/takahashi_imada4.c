@@ -1,12 +1,12 @@
 /* The splitting of Takahashi and Imada: half a modified kick (modified_kick.h), a free drift, and
  * half a modified kick. The method has order 4 and needs only one kick per step. The free drift
  * must be computed with order 4 or higher. For symmetric bodies, the drift is exact (splitting.h).
- * Otherwise, the drift is Suzuki's composition, without kicks, of the rotations about N and T (and
- * also about B if there is a rotor). The method conserves the vertical momentum, and for Lagrange
- * tops also the axial momentum. The energy error is bounded and O(h^4). The steps are symplectic.
- * The processor (modified_kick.h), which is applied when a state is read, preserves the symplectic
- * form only up to a bounded error of order h^6. Steps in which the top may rotate by more than 2.5
- * rad are refused. Lagrange tops may rotate by larger angles, because their drift is exact. */
+ * For other bodies, the drift is Suzuki's composition (composition.h) of rotations about the
+ * principal axes N and T and, if there is a rotor, B. The method conserves the vertical momentum,
+ * and for Lagrange tops also the axial momentum. The energy error is bounded and O(h^4). The steps
+ * are symplectic. The processor (modified_kick.h), which is applied when a state is read, preserves
+ * the symplectic form only up to a bounded error of order h^6. Steps in which the top may rotate by
+ * more than 2.5 rad are refused, except for Lagrange tops, whose drift is exact. */
 #include "composition.h"
 #include "modified_kick.h"
 

@@ -1,19 +1,18 @@
-/* The discrete Moser-Veselov top, used as a free drift of second order. With M = q* m q and the
- * moments I, a step of size h multiplies q by the unit quaternion (r0, r) that satisfies
+/* The discrete Moser-Veselov top, used as a free drift of second order. With the attitude q, the
+ * momentum m in space, M = q* m q, and the matrix I of principal moments, a step of size h
+ * multiplies q by the unit quaternion (r0, r) that satisfies
  *     h M / 2 = r0 I r + r x I r,    q' = q (r0, r)
  * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). The nonlinear equation for r
- * is solved by Newton's method. A drift does not change the momentum m in space. Up to the
- * tolerance of Newton's method, a drift conserves the kinetic energy and, for a symmetric body, the
- * momentum about the symmetry axis. Over 10^6 steps, the conserved quantities change by 1e-12 to
- * 1e-10. */
+ * is solved by Newton's method. A drift does not change m. Up to the tolerance of Newton's method,
+ * a drift conserves the kinetic energy and, for a symmetric body, the momentum about the symmetry
+ * axis. Over 10^6 steps, the conserved quantities change by 1e-12 to 1e-10. */
 #ifndef KR_VESELOV_H
 #define KR_VESELOV_H
 #include "method.h"
 
 enum { VESELOV_MOST = 20 };
 
-/* Returns the value of r after one Newton step from r. Ir is I r, and the vector F is the residual
- * of the Moser-Veselov equation at r. */
+/* Returns r after one Newton step. Ir is I r, and F is the residual r0 I r + r x I r - h M / 2. */
 static inline kr_vec3 veselov_newton_step(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir, kr_vec3 F)
 {
     kr_vec3 columns[3];

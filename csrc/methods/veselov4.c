@@ -1,6 +1,6 @@
 /* A splitting method: half a modified kick (modified_kick.h), a discrete Moser-Veselov drift
- * (veselov.h) with modified moments of inertia, and half a modified kick. With the moments I~ in
- * place of I, the drift has order 4, where
+ * (veselov.h) with modified moments of inertia, and half a modified kick. With the step size h, the
+ * drift has order 4 if the following I~_N, I~_B, I~_T replace the principal moments I_N, I_B, I_T:
  *     1/I~_j = (1 + h^2 s) / I_j + h^2 d,
  *     s = S C / 6 - (1/I_N + 1/I_B + 1/I_T) H / 3,    d = S H / 6 - P C / 3,
  *     C = |M|^2/2,    H = <M, I^-1 M> / 2,    P = 1 / (I_N I_B I_T),    S = (I_N + I_B + I_T) P
