@@ -163,7 +163,8 @@ static int is_valid_search(const kr_event_search *own, int64_t steps)
 }
 /* Returns 1 if the event records at `from` belong to the events of `top`, in this order, and are
  * valid after `steps` steps; else 0. If `restore` is nonzero, also restores the search states. */
-static int match_events(kr_top *top, int64_t steps, const unsigned char *from, int restore)
+static int check_or_restore_events(kr_top *top, int64_t steps, const unsigned char *from,
+                                   int restore)
 {
     for (size_t i = 0; i < top->event_count; i++, from += sizeof(event_record)) {
         event_record saved;
@@ -189,7 +190,8 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     if (memcmp(&head, &own, sizeof head) != 0 || !has_same_setup(&image, top))
         return KR_ERR_CHECKPOINT;
     if (!is_valid_saved_top(top, &image, work)) return KR_ERR_CHECKPOINT;
-    if (!match_events(top, image.steps, from + find_event_offset(top), 0)) return KR_ERR_CHECKPOINT;
+    if (!check_or_restore_events(top, image.steps, from + find_event_offset(top), 0))
+        return KR_ERR_CHECKPOINT;
     /* Work arrays of variable size are not saved. A method that rejects a state changes none. */
     kr_motion motion = top->main;
     motion.scene = &image.scene;
@@ -203,7 +205,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     copy_motion_pointers(&image.side, &top->side);
     memcpy(top, &image, SAVED_BYTES);
     top->horizon = kr_top_horizon_of(top, &top->scene);
-    match_events(top, image.steps, from + find_event_offset(top), 1);
+    check_or_restore_events(top, image.steps, from + find_event_offset(top), 1);
     if (!top->method->extra_doubles) memcpy(top->main.work, work, work_bytes(top));
     if (count_saved_motions(top) > 1)
         memcpy(top->saved.work, work + work_bytes(top), work_bytes(top));

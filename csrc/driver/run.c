@@ -30,7 +30,7 @@ double kr_top_horizon_of(const kr_top *top, const kr_scene *scene)
 /* Returns the internal axes, and the inertia, com, damping and rotor along them. These axes are the
  * working axes (body.h) or, for methods with KR_METHOD_DIGITS, the principal axes of kr_body, which
  * keep q accurate near the upright attitude. */
-static kr_working find_working_axes(const kr_top *top)
+static kr_working find_internal_axes(const kr_top *top)
 {
     const kr_scene *scene = &top->scene;
     return top->method->flags & KR_METHOD_DIGITS
@@ -44,7 +44,7 @@ static kr_working find_working_axes(const kr_top *top)
 static kr_state find_internal_start(kr_top *top)
 {
     const kr_state *start = &top->scene.start;
-    const kr_working working = find_working_axes(top);
+    const kr_working working = find_internal_axes(top);
     const int is_renamed = !working.tilted && kr_body_last_axis(&top->scene.body) != 2;
     kr_state own = {0.0, q_unit(q_mul(start->q, top->axes)),
                     v_scale(1.0 / top->momentum_unit, start->m)};
@@ -59,7 +59,7 @@ static kr_state find_internal_start(kr_top *top)
 /* Sets the internal axes and units, the body in these units, and the time limit of `top`. */
 static kr_status set_units_and_body(kr_top *top)
 {
-    const kr_working working = find_working_axes(top);
+    const kr_working working = find_internal_axes(top);
     kr_units own;
     const kr_status status = kr_scene_units(&top->scene, &working, &own);
     if (status != KR_OK) return status;

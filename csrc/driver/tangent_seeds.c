@@ -134,7 +134,7 @@ kr_status kr_tangents_advance(kr_top *top)
 
 /* Writes the divisor of each column of the tangent matrix, in the order of KR_TANGENT_LIST: the
  * internal unit of its parameter in the user's units, or 1 if the seed is already divided by it. */
-static void write_parameter_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
+static void write_column_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
     const double momentum = top->momentum_unit, time = top->time_unit;
@@ -152,7 +152,7 @@ static void write_parameter_units(const kr_top *top, double unit[KR_TANGENT_COLU
 }
 /* Writes a column of the tangent matrix of n columns in the user's frame and units: high words to
  * out[0], out[n], ..., out[5 n], low words to low[0], ..., low[5 n]. `from` is the column in
- * internal units, and `unit` its divisor (write_parameter_units). The rotation from internal axes
+ * internal units, and `unit` its divisor (write_column_units). The rotation from internal axes
  * to the frame of description is `axes` (kr_extended_axes) with more than 16 digits, else
  * top->axes. */
 static void write_tangent_column(const kr_top *top, quat_dd axes, const kr_deviation *from,
@@ -182,7 +182,7 @@ kr_status kr_top_tangents(kr_top *top, double out[], double low[])
     const quat_dd axes = kr_extended_axes(top);
     kr_top_evaluate(top, top->requested, &state);
     top->method->tangents->evaluate(&top->main, state.q, top->tangents, n, came);
-    write_parameter_units(top, unit);
+    write_column_units(top, unit);
     for (size_t i = 0; i < n; i++)
         write_tangent_column(top, axes, &came[i], unit[i], n, high + i, rest + i);
     for (size_t i = 0; i < 6 * n; i++)

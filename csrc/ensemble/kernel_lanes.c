@@ -41,7 +41,8 @@ INLINE unsigned step_lanes(kr_lanes *l, int terms)
     const mask onward = mask_and(wide_less(forward * end, forward * wide_load(l->goal)),
                                  wide_at_most(steps, wide_load(l->max_steps)));
     unsigned called = mask_bits(mask_not(mask_and(well, onward)));
-    if (l->has_event) called |= mask_bits(mask_not(event_keeps_sign(l, end - t, &r, terms)));
+    if (l->has_event)
+        called |= mask_bits(mask_not(find_lanes_without_event(l, end - t, &r, terms)));
     return called & ((1u << LANES) - 1);
 }
 #define ADVANCE(name, terms)                                                                       \

@@ -48,7 +48,7 @@ INLINE int write_event_polynomial(kr_lanes *l, wide h, const lane_point *end, in
     return degree;
 }
 /* Returns a mask of lanes that certainly have no event in the step of size h that ends at *end. */
-INLINE mask event_keeps_sign(kr_lanes *l, wide h, const lane_point *end, int terms)
+INLINE mask find_lanes_without_event(kr_lanes *l, wide h, const lane_point *end, int terms)
 {
     const int degree = write_event_polynomial(l, h, end, terms);
     const wide side = wide_load(l->side);

@@ -164,8 +164,8 @@ static void set_initial_tangent(const kr_worker *worker, const kr_top *top, doub
 /* Computes the initial tangent of a lane, for the top in worker->fallback. Returns 0 if the tangent
  * is not finite, if less than 1e-10 of it remains after removal of the trivial solutions
  * (lane_tangent.h), or if a moment of inertia is too small. */
-static int begin_tangent(kr_worker *worker, int lane, double rate, int shift,
-                         const shifted_constants *constants)
+static int initialize_lane_tangent(kr_worker *worker, int lane, double rate, int shift,
+                                   const shifted_constants *constants)
 {
     const kr_top *top = worker->fallback;
     kr_lanes *l = worker->lanes;
@@ -220,7 +220,7 @@ static int load_top_into_lane(kr_worker *worker, int lane)
     slot->horizon = top->horizon;
     slot->last = top->scene.start;
     if (worker->is_section) kr_section_load_event(worker, lane, p.rate, shift);
-    return !l->tangents || begin_tangent(worker, lane, p.rate, shift, &constants);
+    return !l->tangents || initialize_lane_tangent(worker, lane, p.rate, shift, &constants);
 }
 
 /* Returns 1 if the last step of a lane is finite, has a length > 0, and is within max_steps. */

@@ -90,8 +90,8 @@ static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *p
 /* Finds the first sign change of an event function in the last step, unless this step has already
  * been searched. If the previous step was searched to its end, the search starts with the last sign
  * of that step. Otherwise it starts at the last requested time, without a sign. */
-static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
-                            const kr_event *event, kr_event_search *own)
+static void search_step_once(const kr_top *top, const kr_step_polynomial *piece,
+                             const kr_event *event, kr_event_search *own)
 {
     if (own->searched == top->steps) return;
     own->mark = 0.0;
@@ -115,7 +115,7 @@ static kr_event *find_earliest_event(const kr_top *top, const kr_step_polynomial
     for (size_t i = 0; i < top->event_count; i++) {
         kr_event *event = &top->events[i];
         kr_event_search own = kr_event_load_search(event);
-        search_new_step(top, piece, event, &own);
+        search_step_once(top, piece, event, &own);
         while (own.sign && top->forward * (user_time_in_step(top, own.next) - top->requested) < 0.0)
             find_next_sign_change(top, piece, event, &own);
         kr_event_store_search(event, own);

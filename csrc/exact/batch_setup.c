@@ -73,7 +73,7 @@ static void set_body_data(const kr_body *body, body_data *known)
 /* Writes the linear map (apply_quaternion_map) from attitudes of a closed form to attitudes of the
  * frame of description, and returns 1. If this map is the identity, writes nothing and returns 0.
  * If `exchanged` is nonzero, the map also undoes exchange_up_and_down (kernel.h). */
-static int find_map_to_user_axes(body_data *known, int exchanged, kr_quat out[4])
+static int get_attitude_map_to_user(body_data *known, int exchanged, kr_quat out[4])
 {
     kr_quat *frame = known->frame[exchanged];
     if (!exchanged && !known->turned) return 0;
@@ -145,7 +145,7 @@ static int add_top_to_queue(batch_queue queues[2], const kr_scene *scene, size_t
     store_top_numbers(w->in, w->count, MASS, units, 7);
     w->turned[0] |= !is_identity(body);
     w->turned[1] |= !is_identity(work);
-    w->framed[w->count] = find_map_to_user_axes(known, lever < 0.0, w->frame[w->count]);
+    w->framed[w->count] = get_attitude_map_to_user(known, lever < 0.0, w->frame[w->count]);
     w->index[w->count++] = index;
     return 1;
 }

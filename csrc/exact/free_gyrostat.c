@@ -13,8 +13,8 @@
  * They determine two Fourier series X and Y in theta = 2 pi t/T: with the quaternion (w, x, y, z)
  * of R S in axes whose third axis is a,
  *     (X, Y) = sqrt(D) e^{-i Om t/2} (w + i z, x + i y),   D = |X|^2 + |Y|^2.
- * The periodic D(t) (set_log_norm_samples) is such that X and Y have no poles at complex t, and
- * need the fewest coefficients. */
+ * The periodic D(t) (set_log_norm_and_bound_range) is such that X and Y have no poles at complex t,
+ * and need the fewest coefficients. */
 #include "torus.h"
 
 enum {
@@ -45,7 +45,7 @@ typedef struct gyrostat_memory {
     gyrostat top;
     gyrostat_series series;
     dd growth; /* of phi in the time T */
-    /* values at the times k T / SAMPLES; outside of set_log_norm_samples, `sample` holds X and Y */
+    /* values at the times k T / SAMPLES; `sample` holds X and Y (set_spinor_samples) */
     kr_vec3 m[SAMPLES];
     dd phi[SAMPLES];
     double log_d[SAMPLES], sample[SAMPLES][4], cosine[SAMPLES], sine[SAMPLES];
@@ -277,7 +277,7 @@ static double fourier_coefficient(const gyrostat_memory *memory, int n, double o
  *     |B d|^2 - m.(tr(A) B/3 - B^2) h
  * minus the average of this expression over a period. For a nearly spherical body, B is small and
  * nothing cancels. Returns a bound on max ln D - min ln D, or infinity if SAMPLES is too small. */
-static double set_log_norm_samples(gyrostat_memory *memory)
+static double set_log_norm_and_bound_range(gyrostat_memory *memory)
 {
     const gyrostat *top = &memory->top;
     const kr_vec3 a = v_round(top->rate), bend = v_round(top->bend), h = v_round(top->h),
@@ -353,7 +353,7 @@ static kr_refusal compute_closed_form(gyrostat_memory *memory, kr_quat *tilt, do
         if (!(late < 1e-3)) return KR_REFUSAL_SEPARATRIX;
     }
     *tilt = q_tilt(v_round(memory->top.axis));
-    if (!(set_log_norm_samples(memory) < 9.0)) return KR_REFUSAL_SEPARATRIX;
+    if (!(set_log_norm_and_bound_range(memory) < 9.0)) return KR_REFUSAL_SEPARATRIX;
     set_spinor_samples(memory, *tilt);
     if (!set_plan_coefficients(memory)) return KR_REFUSAL_SEPARATRIX;
     *certificate = KR_TORUS_ROUNDING;

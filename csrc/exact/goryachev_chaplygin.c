@@ -614,7 +614,8 @@ static kr_refusal fill_plan_except_heading(const torus_start *start, chaplygin_w
     /* Two branch points coincide at G = 0. The motion is then computed with a slightly larger G.
      * The change is below rounding errors, unless the motion is planar and unstable. */
     if (o->G.hi < least) {
-        if (is_planar(start, find_rates_and_momentum(&chaplygin, start))) return KR_REFUSAL_PLANAR;
+        if (is_planar(start, find_rates_12_and_momentum_3(&chaplygin, start)))
+            return KR_REFUSAL_PLANAR;
         o->G = dd_of(least);
     }
     const kr_refusal degenerate = find_branch_points(o);

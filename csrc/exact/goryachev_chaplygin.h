@@ -270,7 +270,7 @@ INLINE wide sum_heading_series(const kr_chaplygin_plan *plan, wide section, dd h
 }
 INLINE wide signed_fraction(dd x) { return (x.hi - nearest(x.hi)) + x.lo; }
 /* Returns what all slow terms (kr_slow_term) add to psi in a number of turns of alpha1. */
-INLINE wide sum_heading_jumps(const kr_chaplygin_plan *plan, wide turns)
+INLINE wide sum_slow_heading_terms(const kr_chaplygin_plan *plan, wide turns)
 {
     wide sum = wide_splat(0.0);
     for (int i = 0; i < plan->slow_terms; i++) {
@@ -305,7 +305,7 @@ INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide t
                        integrate_heading_from_section(plan, at, left, signed_fraction(second));
     const mask is_odd = wide_less(wide_splat(0.0), wide_abs(0.5 * turn - nearest(0.5 * turn)));
     const wide sign = minus_where(is_odd) * (plan->is_even ? side : wide_splat(1.0));
-    return sign * value + sum_heading_jumps(plan, turns + turn);
+    return sign * value + sum_slow_heading_terms(plan, turns + turn);
 }
 /* Returns the state at `time` in the units of plan->torus. The mean angles are 2 mean[0] + `turns`
  * and 2 mean[1], in turns, where `turns` is a whole number. */

@@ -63,7 +63,7 @@ typedef struct exact_lanes {
     vec3_lanes constant;
 } exact_lanes;
 /* Only heavy tops are processed in vector lanes. */
-INLINE int is_torque_free(const exact_lanes *e) { return (void)e, 0; }
+INLINE int uses_euler_series(const exact_lanes *e) { return (void)e, 0; }
 INLINE mask uses_dual_nome(const exact_lanes *e)
 {
     return wide_equal(e->curve, wide_splat(LAGRANGE_DUAL));
@@ -75,7 +75,7 @@ typedef kr_state state_lanes;
 typedef kr_theta theta_lanes;
 typedef kr_phase phase_lanes;
 typedef kr_exact_form exact_lanes;
-INLINE int is_torque_free(const kr_exact_form *e)
+INLINE int uses_euler_series(const kr_exact_form *e)
 {
     return e->curve == EULER || e->curve == EULER_DUAL;
 }
@@ -356,12 +356,12 @@ static inline void evaluate_alpha_beta_momentum(const exact_lanes *e, double spa
     const wide at = wide_splat(span);
     wide some[6];
     if (mask_all(dual)) {
-        evaluate_alpha_beta_of_kind(e, 1, is_torque_free(e), at, out);
+        evaluate_alpha_beta_of_kind(e, 1, uses_euler_series(e), at, out);
         return;
     }
-    evaluate_alpha_beta_of_kind(e, 0, is_torque_free(e), at, out);
+    evaluate_alpha_beta_of_kind(e, 0, uses_euler_series(e), at, out);
     if (!mask_any(dual)) return;
-    evaluate_alpha_beta_of_kind(e, 1, is_torque_free(e), at, some);
+    evaluate_alpha_beta_of_kind(e, 1, uses_euler_series(e), at, some);
     copy_selected_lanes(out, some, sizeof some, dual);
 }
 
@@ -480,10 +480,10 @@ static inline wide sign_of(wide x)
  * 2 pi, the complex values of theta1(X + i y1) and theta2(X + i y2) wind once about zero, in the
  * directions given by the signs of exact->slope. If y1 or y2 is 0, the function passes through zero
  * instead, its slope is 0, and it counts as not winding. theta4 (`euler`) does not wind. */
-static inline void set_mean_rates(exact_lanes *exact, wide nu, wide first, wide second)
+static inline void set_period_and_mean_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
-               wind2 = is_torque_free(exact) ? wide_splat(0.0) : sign_of(exact->slope[1]);
+               wind2 = uses_euler_series(exact) ? wide_splat(0.0) : sign_of(exact->slope[1]);
     exact->period = 0.5 * two_pi / nu;
     exact->precession_rate = (first + second) + (wind1 + wind2) * nu;
     exact->spin_angle_rate = (first - second) + (wind1 - wind2) * nu;

@@ -804,7 +804,7 @@ static double find_koetter_signs(kr_kowalewski_plan *plan, const start_point poi
 }
 /* Computes w for the initial state `start` = (p, q, r, g1, g2, g3), but in w->plan only arcs and
  * Koetter's constants and signs. Returns the reason for a failure, or KR_REFUSAL_NONE. */
-static kr_refusal find_arcs_and_initial_angles(const dd start[6], dd l, kowalewski_work *w)
+static kr_refusal find_arcs_series_and_signs(const dd start[6], dd l, kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;
     kowalewski_curve *o = &w->curve;
@@ -914,10 +914,10 @@ static double fill_sign_table(kr_kowalewski_plan *plan, int n)
     }
     return least;
 }
-/* Fills what find_arcs_and_initial_angles leaves of the plan, except for the initial phase of the
+/* Fills what find_arcs_series_and_signs leaves of the plan, except for the initial phase of the
  * heading. Returns the last result of fill_sign_table. If it exceeds 1/4, each quaternion of the
  * motion, with the right sign, has a positive product with the nearest one of that table. */
-static double fill_plan(kowalewski_work *w)
+static double fill_rest_of_plan(kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;
     const kowalewski_curve *o = &w->curve;
@@ -971,9 +971,9 @@ static kr_refusal make_plan(void *memory, torus_start *start, torus_units *way, 
     kr_kowalewski_plan *plan = &w->plan;
     const dd *m = start->momentum, *up = start->up,
              state[6] = {dd_half(m[0]), dd_half(m[1]), m[2], up[0], up[1], up[2]};
-    const kr_refusal refusal = find_arcs_and_initial_angles(state, start->vertical, w);
+    const kr_refusal refusal = find_arcs_series_and_signs(state, start->vertical, w);
     if (refusal != KR_REFUSAL_NONE) return refusal;
-    if (!(fill_plan(w) > 0.25)) return KR_REFUSAL_SEPARATRIX;
+    if (!(fill_rest_of_plan(w) > 0.25)) return KR_REFUSAL_SEPARATRIX;
     const kr_quat q = way->attitude, at = kowalewski_state_after_span(plan, 0.0, dd_of(0.0)).q;
     const cx alpha = cx_mul(cx_of(q.w, q.z), cx_of(at.w, -at.z)),
              beta = cx_mul(cx_of(q.x, q.y), cx_of(at.x, -at.y)), both = cx_add(alpha, beta);

@@ -569,7 +569,7 @@ static void set_phases_and_mean_rates(lagrange_setup *s)
     exact->first = make_phase(first);
     exact->second = make_phase(second);
     set_initial_phases(exact, &s->start, &s->heights, s->i1.hi, s->mean.hi, &s->top);
-    set_mean_rates(exact, s->nu.hi, first.hi, second.hi);
+    set_period_and_mean_rates(exact, s->nu.hi, first.hi, second.hi);
 }
 /* Computes the closed forms of n tops in internal units, after set_initial_quantities for each top.
  * s[i].top.lever must be positive, and the axis must not stay vertical. Each stage is completed for

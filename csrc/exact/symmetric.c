@@ -323,7 +323,7 @@ static void set_up_asymmetric_free_motion(kr_exact_form *exact, const body_axes 
     sin_cos(pi * dd_sub(second, first).hi, &s, &c);
     set_form_map(exact, q_mul(left, q4(c, v3(0.0, 0.0, s))),
                  q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
-    set_mean_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi);
+    set_period_and_mean_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi);
     /* The spin is the rotation about a, but the third axis of the solution is -a. */
     exact->spin_angle_rate = -exact->spin_angle_rate;
 }

@@ -335,14 +335,14 @@ static void convert_torus_units(kr_torus *torus, const torus_units *way, double 
     torus->frame = q_conj(own ? way->turn : way->axes);
 }
 /* Returns the initial angular velocity about axes 1 and 2, and initial momentum along axis 3. */
-static kr_vec3 find_rates_and_momentum(const torus_kind *kind, const torus_start *start)
+static kr_vec3 find_rates_12_and_momentum_3(const torus_kind *kind, const torus_start *start)
 {
     const dd *m = start->momentum;
     return v_times(v3(kind->factor / kind->ratio, kind->factor / kind->ratio, 1.0),
                    v3(m[0].hi, m[1].hi, m[2].hi));
 }
 /* Returns 1 if the top swings like a pendulum: axis 2 or 3 stays horizontal, up to rounding errors,
- * and the top rotates about this axis. `rates` is the result of find_rates_and_momentum. */
+ * and the top rotates about this axis. `rates` is the result of find_rates_12_and_momentum_3. */
 static int is_planar(const torus_start *start, kr_vec3 rates)
 {
     const double size = 1.0 + v_largest(rates), slack = 1e-13 * size;
@@ -351,10 +351,10 @@ static int is_planar(const torus_start *start, kr_vec3 rates)
 }
 /* Returns the reason for refusing a degenerate motion: rest, uniform rotation, planar motion, or a
  * small G (torus_start). Allows for rounding errors. Returns `refusal` for other motions. */
-static kr_refusal find_degeneracy(const torus_kind *kind, const torus_start *start,
-                                  kr_refusal refusal)
+static kr_refusal find_degeneracy_or_refusal(const torus_kind *kind, const torus_start *start,
+                                             kr_refusal refusal)
 {
-    const kr_vec3 w = find_rates_and_momentum(kind, start),
+    const kr_vec3 w = find_rates_12_and_momentum_3(kind, start),
                   up = v3(start->up[0].hi, start->up[1].hi, start->up[2].hi),
                   /* the time derivative of the momentum in the body frame */
         change = v3((kind->ratio - 1.0) * w.y * w.z,
@@ -386,7 +386,7 @@ static kr_status plan_torus(const kr_scene *scene, int own, double bound, const 
         if (info->certificate <= bound) return KR_OK;
         info->refusal = KR_REFUSAL_CERTIFICATE;
     }
-    info->refusal = find_degeneracy(kind, &start, info->refusal);
+    info->refusal = find_degeneracy_or_refusal(kind, &start, info->refusal);
     return KR_ERR_METHOD;
 }
 

@@ -27,7 +27,7 @@ typedef struct {
 
 /* Returns the `attempt`, with its residual, for an approximate angular velocity V. M and P are the
  * momentum and the vertical at the beginning of the step, in the body frame. */
-static attempt evaluate_midpoint_residual(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
+static attempt make_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
     attempt a = {.y = v_scale(0.25 * motion->step, V)};
     a.r = q_unit(q4(1.0, a.y));
@@ -77,7 +77,7 @@ static kr_status midpoint_step(kr_motion *motion, double until)
     kr_vec3 V = p->V;
     (void)until;
     for (int i = 0; i < MOST; i++) {
-        const attempt a = evaluate_midpoint_residual(motion, M, P, V);
+        const attempt a = make_attempt(motion, M, P, V);
         motion->stats.iterations++;
         motion->stats.evaluations++;
         if (v_largest(a.residual) <= tol) {

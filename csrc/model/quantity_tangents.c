@@ -167,8 +167,8 @@ static kr_vec3 change_in_rotating_axes(double angle, kr_vec3 v, kr_vec3 dv)
 }
 /* Writes the vectors m and p of a top of the integrable case `kind`, and their changes, to `f`.
  * Returns 0 if the top is of another kind, or if the parameter change in `by` makes it so. */
-static int find_integral_arguments(const quantity_point *at, const quantity_change *by,
-                                   kr_kind kind, integral_vectors *f)
+static int find_integral_vector_changes(const quantity_point *at, const quantity_change *by,
+                                        kr_kind kind, integral_vectors *f)
 {
     const kr_body *body = &at->scene->body;
     if (kr_body_kind(body, KR_KIND_RTOL) != kind || v_largest(by->moments) > 0.0) return 0;
@@ -194,7 +194,7 @@ static int find_integral_arguments(const quantity_point *at, const quantity_chan
 static double tangent_of_kowalewski(const quantity_point *at, const quantity_change *by)
 {
     integral_vectors f;
-    if (!find_integral_arguments(at, by, KR_KIND_KOWALEWSKI, &f)) return NAN;
+    if (!find_integral_vector_changes(at, by, KR_KIND_KOWALEWSKI, &f)) return NAN;
     const double re = f.m.x * f.m.x - f.m.y * f.m.y + 2.0 * f.p.x,
                  im = 2.0 * (f.m.x * f.m.y + f.p.y),
                  dre = 2.0 * (f.m.x * f.dm.x - f.m.y * f.dm.y + f.dp.x),
@@ -204,7 +204,7 @@ static double tangent_of_kowalewski(const quantity_point *at, const quantity_cha
 static double tangent_of_goryachev_chaplygin(const quantity_point *at, const quantity_change *by)
 {
     integral_vectors f;
-    if (!find_integral_arguments(at, by, KR_KIND_GORYACHEV_CHAPLYGIN, &f)) return NAN;
+    if (!find_integral_vector_changes(at, by, KR_KIND_GORYACHEV_CHAPLYGIN, &f)) return NAN;
     return f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }
@@ -229,8 +229,8 @@ static kr_vec3 add_friction_to_acceleration(const quantity_point *at, const quan
 /* Writes the angular acceleration U' = W' - O x W to `acceleration`, and returns its derivative.
  * Without friction, J W' = M x W + weight V x com + k V x J V - D U. The derivative with respect to
  * friction is NaN if friction is 0. */
-static kr_vec3 find_acceleration_change(const quantity_point *at, const quantity_change *by,
-                                        kr_vec3 *acceleration)
+static kr_vec3 find_angular_acceleration_change(const quantity_point *at, const quantity_change *by,
+                                                kr_vec3 *acceleration)
 {
     const kr_vec3 J = at->scene->body.inertia, com = at->scene->body.com, D = at->scene->damping,
                   pull = v_cross(at->V, com),
@@ -257,13 +257,13 @@ static kr_vec3 find_acceleration_change(const quantity_point *at, const quantity
 static kr_vec3 tangent_of_body_acceleration(const quantity_point *at, const quantity_change *by)
 {
     kr_vec3 acceleration;
-    return combine_axes(at->described, find_acceleration_change(at, by, &acceleration));
+    return combine_axes(at->described, find_angular_acceleration_change(at, by, &acceleration));
 }
 /* Returns the derivative of the force R (mass A + weight V) R* of the support on the body, with
  * A = W' x com + W x (W x com) - k kr_tidal_acceleration(V, com) and W' = U' + O x W. */
 static kr_vec3 tangent_of_pivot_force(const quantity_point *at, const quantity_change *by)
 {
-    kr_vec3 gain, dgain = find_acceleration_change(at, by, &gain);
+    kr_vec3 gain, dgain = find_angular_acceleration_change(at, by, &gain);
     const kr_vec3 com = at->scene->body.com, W = at->W, moved = v_cross(W, com),
                   dmoved = v_add(v_cross(by->W, com), v_cross(W, by->com));
     gain = v_add(gain, v_cross(at->O, W));

@@ -26,10 +26,9 @@ INLINE void store_coefficients(kr_tangent *g, turned_deviation *d, int n, triple
     const triple up = load_common(g->up), down = load_common(g->down);
     store_rotation(g, n, turn);
     store_momentum(g, n, push);
-    d->turn[n] = make_permuted(turn);
-    d->push[n] = make_permuted(push);
-    d->cross[n] =
-        make_permuted(triple_fma(up, triple_zxy(turn), triple_mul(down, triple_yzx(turn))));
+    d->turn[n] = make_turned(turn);
+    d->push[n] = make_turned(push);
+    d->cross[n] = make_turned(triple_fma(up, triple_zxy(turn), triple_mul(down, triple_yzx(turn))));
 }
 INLINE triple triple_cross(triple a, triple b)
 {
@@ -122,7 +121,7 @@ INLINE void expand_tangent_group(const kr_series *s, const turned_path *path, kr
     for (int k = 0; k < count; k++) {
         kr_tangent *own = g + k * STRUCTS;
         for (int n = 1; n < order + BLOCK - 1 && BLOCK > 2; n++)
-            d[k].turn[n] = d[k].push[n] = d[k].cross[n] = permuted_zero();
+            d[k].turn[n] = d[k].push[n] = d[k].cross[n] = turned_zero();
         store_coefficients(own, &d[k], 0, load_triple(own->x[0]), load_momentum(own, 0));
     }
     for (int n = 0; n < order; n++) set_next_group_coefficients(s, path, g, d, count, n);

@@ -47,11 +47,11 @@ INLINE triple triple_sub(triple a, triple b)
 }
 INLINE triple triple_yzx(triple a) { return triple_of(a.y, a.z, a.x); }
 INLINE triple triple_zxy(triple a) { return triple_of(a.z, a.x, a.y); }
-INLINE turned make_permuted(triple a) { return a; }
+INLINE turned make_turned(triple a) { return a; }
 INLINE path_term make_path_term(const double *four) { return four; }
 INLINE path_term path_zero(void) { return NULL; }
-INLINE turned permuted_zero(void) { return triple_splat(duo_splat(0.0)); }
-INLINE halves halves_zero(void) { return (halves){permuted_zero(), permuted_zero()}; }
+INLINE turned turned_zero(void) { return triple_splat(duo_splat(0.0)); }
+INLINE halves halves_zero(void) { return (halves){turned_zero(), turned_zero()}; }
 INLINE halves halves_add(halves a, halves b)
 {
     return (halves){triple_add(a.lo, b.lo), triple_add(a.hi, b.hi)};

@@ -21,10 +21,10 @@ INLINE triple triple_mul(triple a, triple b) { return quad_mul(a, b); }
 INLINE triple triple_fma(triple a, triple b, triple c) { return quad_fma(a, b, c); }
 INLINE triple triple_yzx(triple a) { return quad_yzx(a); }
 INLINE triple triple_zxy(triple a) { return quad_zxy(a); }
-INLINE turned make_permuted(triple a) { return duo_yzx_zxy(a); }
+INLINE turned make_turned(triple a) { return duo_yzx_zxy(a); }
 INLINE path_term make_path_term(const double *four) { return duo_zxy_yzx(quad_load(four)); }
 INLINE path_term path_zero(void) { return duo_splat(0.0); }
-INLINE turned permuted_zero(void) { return duo_splat(0.0); }
+INLINE turned turned_zero(void) { return duo_splat(0.0); }
 INLINE halves halves_zero(void) { return duo_splat(0.0); }
 INLINE halves halves_add(halves a, halves b) { return duo_add(a, b); }
 INLINE halves halves_fma(turned a, path_term b, halves c) { return duo_fma(a, b, c); }

@@ -52,7 +52,7 @@ static const kr_support_ops *find_support_ops(const kr_motion *motion)
  * on the rates of damping, rotor, support and (if `is_held` is 0) friction. The bound on |W|^2 is
  * ((initial kinetic energy) + 2 |lever|) * 2 / (least moment of inertia), because the potential
  * energy changes by at most 2 |lever|, and damping does not increase the energy. */
-static double choose_frequency_unit(const kr_motion *motion, kr_vec3 W, int is_held)
+static double choose_series_rate(const kr_motion *motion, kr_vec3 W, int is_held)
 {
     const kr_support_ops *supports = find_support_ops(motion);
     const kr_vec3 A = motion->inertia;
@@ -130,7 +130,7 @@ static void set_initial_state(kr_taylor *p, const kr_motion *motion, const kr_st
                  own = v_largest(motion->rotor) > 0.0 ? vdd_add(M, h) : M,
                  W = vdd_over(own, motion->body->inertia);
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
-    p->rate = p->first_rate = choose_frequency_unit(motion, vdd_high(W), 0);
+    p->rate = p->first_rate = choose_series_rate(motion, vdd_high(W), 0);
     p->try_slow = motion->clock;
     p->settling = 0.0;
     if (!motion->skip_heading) {
@@ -144,7 +144,7 @@ static void set_initial_state(kr_taylor *p, const kr_motion *motion, const kr_st
     low->t = low->end = 0.0;
     set_empty_step(p->series);
     if (!supports) return;
-    p->held_rate = choose_frequency_unit(motion, vdd_high(W), 1);
+    p->held_rate = choose_series_rate(motion, vdd_high(W), 1);
     if (p->held_rate > p->first_rate * 0x1p-10) p->held_rate = p->first_rate;
     supports->start(motion);
 }

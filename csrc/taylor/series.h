@@ -180,7 +180,7 @@ INLINE quad next_velocity_coefficient(const series_sums *a, const kr_series *s, 
                     quad_add(duo_first(a->cross), duo_second(a->cross)), torque);
 }
 
-INLINE void set_vertical(kr_series *s, turned_term *turned, int n, quad p)
+INLINE void store_and_permute_vertical(kr_series *s, turned_term *turned, int n, quad p)
 {
     quad_store(s->x[n] + 4, p);
     turned[n].fixed = duo_zxy_yzx(p);
@@ -283,7 +283,7 @@ INLINE void set_next_coefficients(kr_series *s, kr_series *own, turned_term *tur
     const series_sums a = cauchy_products(s, own, turned, n, terms);
     const quad p = terms & HEADLESS ? quad_load(s->x[n] + 4) : duo_second(duo_load(s->x[n]));
     if (terms & HEADLESS)
-        set_vertical(s, turned, n + 1, find_cross_coefficient(a.p, n + 1));
+        store_and_permute_vertical(s, turned, n + 1, find_cross_coefficient(a.p, n + 1));
     else
         duo_store(s->x[n + 1], next_attitude_coefficient(&a, duo_reciprocal(n + 1)));
     if (terms & SUPPORT) {
@@ -355,7 +355,7 @@ INLINE void permute_known_coefficients(kr_series *s, turned_term *turned, int fr
 {
     for (int n = 0; n <= from; n++) {
         if (!(terms & SUPPORT)) store_and_permute(s->w[n], &turned[n].w, quad_load(s->w[n]));
-        if (terms & HEADLESS) set_vertical(s, turned, n, quad_load(s->x[n] + 4));
+        if (terms & HEADLESS) store_and_permute_vertical(s, turned, n, quad_load(s->x[n] + 4));
     }
 }
 /* Computes the coefficients of orders 0 to `from` of U and O, given those of W, and s->turn. */

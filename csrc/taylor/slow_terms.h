@@ -71,7 +71,8 @@ static void REAL(find_relative_acceleration)(const REAL(terms) * s, const slow_d
 /* Sets the n-th coefficients of U and of W = O + U, given those of the u_i and of O. Unless
  * friction holds the top, the weakly damped components of W_0 (order 0) are not changed, because
  * rounding errors of O + U would accumulate from step to step. */
-static void REAL(set_velocities_from_slow)(REAL(terms) * s, const slow_directions *slow, int n)
+static void REAL(set_velocities_from_components)(REAL(terms) * s, const slow_directions *slow,
+                                                 int n)
 {
     if (!slow->is_held && !slow->turns) return;
     for (int j = 0; j < 3; j++) {
@@ -144,9 +145,9 @@ static double REAL(update_coefficients)(REAL(terms) * s, const slow_directions *
     for (int i = 0; i < slow->count; i++) has_weak += !slow->is_slow[i];
     for (int n = 0;; n++) {
         if (slow->shakes) REAL(set_gravity_vector)(s, n);
-        REAL(set_velocities_from_slow)(s, slow, n);
+        REAL(set_velocities_from_components)(s, slow, n);
         const double change = REAL(update_damped_velocities)(s, slow, n);
-        REAL(set_velocities_from_slow)(s, slow, n);
+        REAL(set_velocities_from_components)(s, slow, n);
         if (2 * n <= order) moved = fmax(moved, change);
         if (n == order) break;
         if (slow->turns) REAL(set_next_fixed_vector)(s, ROW_O, u, n);

@@ -81,7 +81,7 @@ static real_vec REAL(rotate_to_body)(const real q[4], const double vector[3])
     return (real_vec){sum[0], sum[1], sum[2]};
 }
 /* Sets a[n + 1] of a vector fixed in the support's frame: a' = a x U, U = `relative`. */
-static void REAL(set_next_space_vector)(real_vec a[], const real_vec relative[], int n)
+static void REAL(set_next_support_vector)(real_vec a[], const real_vec relative[], int n)
 {
     a[n + 1] = VEC(scale)(REAL(inverse_of_next)(n), REAL(cross)(a, relative, n));
 }
@@ -145,7 +145,7 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, doub
         p->pulled[n] =
             VEC(add)(VEC(scale)(r_dd(base), p->vertical[n]),
                      VEC(scale)(r_dd(sway), REAL(product_term)(p->cosine, p->vertical, n)));
-        REAL(set_next_space_vector)(p->support, p->relative, n);
+        REAL(set_next_support_vector)(p->support, p->relative, n);
         p->cosine[n + 1] = r_sub(r_of(0.0, 0.0), r_mul(share, p->sine[n]));
         p->sine[n + 1] = r_mul(share, p->cosine[n]);
     }
@@ -180,7 +180,7 @@ static void REAL(add_turning_derivative)(const REAL(moving_path) * p, REAL(movin
         const real_vec carried = REAL(cross)(turned, p->momentum, n);
         d->turn_loss[n] = VEC(add)(d->turn_loss[n], VEC(scale)(per_rate, turned[n]));
         d->push_loss[n] = VEC(add)(d->push_loss[n], VEC(scale)(per_rate, carried));
-        if (n < order) REAL(set_next_space_vector)(turned, p->relative, n);
+        if (n < order) REAL(set_next_support_vector)(turned, p->relative, n);
     }
 }
 /* Subtracts P x L P from `push_loss`. */

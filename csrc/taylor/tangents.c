@@ -110,7 +110,7 @@ static double *component_address(const deviation_address *at, double *numbers, s
 
 /* Writes v to high[0], high[stride] and high[2 * stride] and, if more than 16 digits are requested,
  * the low words to the same places in the next struct. */
-static void store_vector(const tangent_set *t, double *high, size_t stride, vec_dd v)
+static void store_strided_vector(const tangent_set *t, double *high, size_t stride, vec_dd v)
 {
     const double words[2][3] = {{v.x.hi, v.y.hi, v.z.hi}, {v.x.lo, v.y.lo, v.z.lo}};
     for (size_t word = 0; word < t->words; word++)
@@ -120,7 +120,7 @@ static void store_vector(const tangent_set *t, double *high, size_t stride, vec_
 static void store_components(const tangent_set *t, const deviation_address *at, double *numbers,
                              size_t k, vec_dd v)
 {
-    store_vector(t, component_address(at, numbers, k), at->stride, v);
+    store_strided_vector(t, component_address(at, numbers, k), at->stride, v);
 }
 /* Reads the number at `high` and, with more than 16 digits, its low word from the next struct.
  * Replaces -0 by 0, because in a batch the sign of a zero may depend on other tangents. */
@@ -144,13 +144,13 @@ static void set_motion_constants(const tangent_set *t, kr_tangent *g)
                  behind = {ahead.y, ahead.z, ahead.x},
                  c = vdd_scale_exactly(1.0 / (rate * rate), motion->body->lever),
                  up = {c.y, c.z, c.x}, down = {dd_neg(c.z), dd_neg(c.x), dd_neg(c.y)};
-    store_vector(t, g->ahead + 1, 1, vdd_over(ahead, A));
-    store_vector(t, g->behind + 1, 1, vdd_over(behind, A));
-    store_vector(t, g->per + 1, 1, vdd_over(vdd_of(v3(1.0, 1.0, 1.0)), A));
-    store_vector(t, g->drag + 1, 1, vdd_scale_exactly(1.0 / rate, vdd_of(motion->damping)));
-    store_vector(t, g->up + 1, 1, up);
-    store_vector(t, g->down + 1, 1, down);
-    store_vector(t, g->rotor + 1, 1, vdd_scale_exactly(1.0 / rate, motion->body->rotor));
+    store_strided_vector(t, g->ahead + 1, 1, vdd_over(ahead, A));
+    store_strided_vector(t, g->behind + 1, 1, vdd_over(behind, A));
+    store_strided_vector(t, g->per + 1, 1, vdd_over(vdd_of(v3(1.0, 1.0, 1.0)), A));
+    store_strided_vector(t, g->drag + 1, 1, vdd_scale_exactly(1.0 / rate, vdd_of(motion->damping)));
+    store_strided_vector(t, g->up + 1, 1, up);
+    store_strided_vector(t, g->down + 1, 1, down);
+    store_strided_vector(t, g->rotor + 1, 1, vdd_scale_exactly(1.0 / rate, motion->body->rotor));
     g->damped = v_largest(motion->damping);
     g->gyrostat = v_largest(motion->rotor);
 }
@@ -166,10 +166,10 @@ static void set_parameter_derivatives(const tangent_set *t, const deviation_addr
     store_components(t, at, g->rotor_of, 0, vdd_scale_exactly(1.0 / rate, seed->rotor));
     g->rotor_changes = fmax(g->rotor_changes, v_largest(vdd_high(seed->rotor)));
     if (is_single(at)) {
-        store_vector(t, g->pull + 1, 1, vdd_scale_exactly(1.0 / square, seed->pull));
+        store_strided_vector(t, g->pull + 1, 1, vdd_scale_exactly(1.0 / square, seed->pull));
         v_put(g->turning_of + 1, seed->turning);
         g->timing = seed->timing;
-        store_vector(t, g->apex_of + 1, 1, seed->apex);
+        store_strided_vector(t, g->apex_of + 1, 1, seed->apex);
         g->friction_of = seed->friction / square;
         g->gradient_of = seed->gradient / square;
     }

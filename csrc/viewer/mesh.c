@@ -8,7 +8,7 @@
 
 /* Writes to `box` the homogeneous cuboid of the given mass that has the inertia of the body and the
  * same product of mass and centre of mass. Returns its volume, or 0 if there is no such cuboid. */
-static double fit_cuboid_of_mass(const kr_body *body, double mass, kr_box *box)
+static double make_cuboid_of_mass(const kr_body *body, double mass, kr_box *box)
 {
     const kr_vec3 c = v_scale(body->mass / mass, body->com), i = body->inertia;
     const double square = v_dot(c, c), xy = mass * c.x * c.y, yz = mass * c.y * c.z,
@@ -31,36 +31,36 @@ static double fit_cuboid_of_mass(const kr_body *body, double mass, kr_box *box)
     box->density = mass / volume;
     return volume;
 }
-/* Writes to `box` the cuboid of density 1 among those of fit_cuboid_of_mass for all masses or, if
+/* Writes to `box` the cuboid of density 1 among those of make_cuboid_of_mass for all masses or, if
  * none has density 1, the largest one. Ternary search finds the largest one, because the logarithm
  * of the volume is a concave function of 1 / mass. The density increases with the mass. The search
  * for density 1 includes slightly smaller masses than the mass of the largest cuboid (factor
  * 1.001), because ternary search finds this mass only approximately. */
-static void fit_cuboid_of_any_mass(const kr_body *body, kr_box *box)
+static void find_cuboid_of_any_mass(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
     for (int i = 0; i < 90; i++) {
         const double third = (high - low) / 3.0;
-        if (fit_cuboid_of_mass(body, 1.0 / (low + third), box) >=
-            fit_cuboid_of_mass(body, 1.0 / (high - third), box))
+        if (make_cuboid_of_mass(body, 1.0 / (low + third), box) >=
+            make_cuboid_of_mass(body, 1.0 / (high - third), box))
             high -= third;
         else
             low += third;
     }
     double lightest = 1.001 * low, densest = 0.0;
-    if (fit_cuboid_of_mass(body, 1.0 / lightest, box) == 0.0 || box->density >= 1.0)
+    if (make_cuboid_of_mass(body, 1.0 / lightest, box) == 0.0 || box->density >= 1.0)
         densest = lightest = low;
     while (lightest - densest > 1e-15 * lightest) {
         const double middle = 0.5 * (densest + lightest);
-        fit_cuboid_of_mass(body, 1.0 / middle, box);
+        make_cuboid_of_mass(body, 1.0 / middle, box);
         *(box->density < 1.0 ? &lightest : &densest) = middle;
     }
-    fit_cuboid_of_mass(body, 1.0 / lightest, box);
+    make_cuboid_of_mass(body, 1.0 / lightest, box);
 }
 kr_box kr_mesh_box(const kr_body *body)
 {
     kr_box box = {{1.0, 1.0, 1.0}, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}, 1.0};
-    if (fit_cuboid_of_mass(body, body->mass, &box) == 0.0) fit_cuboid_of_any_mass(body, &box);
+    if (make_cuboid_of_mass(body, body->mass, &box) == 0.0) find_cuboid_of_any_mass(body, &box);
     return box;
 }
 

@@ -57,7 +57,7 @@ void kr_simulation_measure(const kr_simulation *simulation, int i,
     measure_top(simulation, i, 1, measure);
 }
 /* Sets the quantities to be measured: those that are not NaN in the initial state. */
-static void set_defined_quantities(kr_simulation_slot *a)
+static void find_defined_quantities(kr_simulation_slot *a)
 {
     for (int k = 0; k < KR_SIMULATION_ERROR; k++) {
         double value;
@@ -156,7 +156,7 @@ static kr_status prepare_top_in_slot(kr_simulation *simulation, const kr_scene *
     a->is_down = 0;
     a->stood = NAN;
     store_trail_state(a);
-    set_defined_quantities(a);
+    find_defined_quantities(a);
     return KR_OK;
 }
 static void add_prepared_top(kr_simulation *simulation)
