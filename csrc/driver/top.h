@@ -43,9 +43,10 @@ struct kr_top {
 
 /* The state of the search for an event, stored in kr_event.private_. */
 typedef struct kr_event_search {
-    int64_t searched;  /* index of the last step that was searched; -1: none */
-    double mark, next; /* positions in the step, 0 .. 1: start of the search; event found */
-    int side, sign; /* signs of the event function at `mark`, 0: uncertain; of the event, 0: none */
+    int64_t searched; /* index of the last step that was searched; -1: none */
+    double mark;      /* position in this step (0 to 1) from which the search continues */
+    double next;      /* time of the event found, in internal units */
+    int side, sign;   /* sign of the event function at `mark`, 0: unknown; of the event, 0: none */
 } kr_event_search;
 typedef char kr_event_search_fits[sizeof(kr_event_search) == sizeof(double[4]) ? 1 : -1];
 static inline kr_event_search kr_event_load_search(const kr_event *event)

@@ -402,7 +402,7 @@ static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double mis
     dd step = dd_plus(find_phase_growth(plan, ratio, k, 1.0), 0.5);
     step.hi -= nearest(step.hi);
     e->value = 2.0 * miss;
-    e->phase = (phase.hi - nearest(phase.hi)) + phase.lo + (plan->is_even ? 0.0 : 0.25);
+    e->phase = (phase.hi - nearest(phase.hi)) + phase.lo + (plan->is_psi_odd ? 0.0 : 0.25);
     e->step = step.hi;
     e->step_more = step.lo;
     sincos_turns(dd_half(step), &e->sine, &unused);
@@ -421,13 +421,13 @@ static int convert_changes_to_series(kr_chaplygin_plan *plan, dd ratio, int n, d
         sincos_turns(find_phase_growth(plan, ratio, k, 0.5), &across.im, &across.re);
         for (int at = 0; at < plan->sections * n; at += n)
             sum = cx_mul(step, cx_add(sum, cx_of(re[at], im[at])));
-        const double miss = plan->is_even ? sum.im : sum.re;
+        const double miss = plan->is_psi_odd ? sum.im : sum.re;
         double start = 0.0;
         if (fabs(across.re) > fmax(LEAST_DIVISOR, fabs(miss)))
             start = -miss / across.re;
         else if (fabs(miss) > LEAST_TERM && !append_slow_term(plan, ratio, k, miss, half))
             return 0;
-        sum = plan->is_even ? cx_of(0.0, start) : cx_of(start, 0.0);
+        sum = plan->is_psi_odd ? cx_of(0.0, start) : cx_of(start, 0.0);
         for (int at = 0; at < plan->sections * n; at += n) {
             const cx growth = cx_of(re[at], im[at]);
             re[at] = sum.re;
@@ -636,7 +636,7 @@ static kr_refusal fill_plan_except_heading(const torus_start *start, chaplygin_w
     set_slip_bound(plan);
     for (int j = 0; j < 2; j++)
         half[j] = find_initial_angle(&w->arc[j], y.u[j], y.root[j], &plan->arc[j], &time[j]);
-    plan->is_even = plan->arc[0].has_sine[0] == plan->arc[1].has_sine[1];
+    plan->is_psi_odd = plan->arc[0].has_sine[0] == plan->arc[1].has_sine[1];
     plan->is_whole = plan->arc[1].has_sine[0] == plan->arc[1].has_cosine[0];
     const dd second = set_mean_angles(plan, ratio, half, time);
     return make_sections(w, ratio, second) ? KR_REFUSAL_NONE : KR_REFUSAL_HEADING;

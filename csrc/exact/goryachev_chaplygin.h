@@ -62,11 +62,11 @@ typedef struct kr_chaplygin_plan {
     double most_slip, rounding, tolerance;
     /* The value of psi/2 where the series for psi is zero, in turns, as the sum of two doubles. */
     double heading_start, heading_more;
-    int is_even;  /* 1 if psi changes sign, 0 if it is unchanged, when both angles change sign */
-    int is_whole; /* 1 if the multiples of alpha2 in psi are integers, 0 if they are half-odd */
-    int sections; /* between alpha1 = 0 and pi, a power of two */
-    int first;    /* index of the first coefficient of a section */
-    int terms;    /* cosines of a section, even. The coefficients of as many sines follow. */
+    int is_psi_odd; /* 1 if psi changes sign, 0 if it is unchanged, when both angles change sign */
+    int is_whole;   /* 1 if the multiples of alpha2 in psi are integers, 0 if they are half-odd */
+    int sections;   /* between alpha1 = 0 and pi, a power of two */
+    int first;      /* index of the first coefficient of a section */
+    int terms;      /* cosines of a section, even. The coefficients of as many sines follow. */
     int slow_terms;
     double ratio; /* of the rates of alpha2 and alpha1 */
     double span;  /* of tau in a turn of alpha1 */
@@ -304,7 +304,7 @@ INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide t
     const wide value = sum_heading_series(plan, section, second) +
                        integrate_heading_from_section(plan, at, left, signed_fraction(second));
     const mask is_odd = wide_less(wide_splat(0.0), wide_abs(0.5 * turn - nearest(0.5 * turn)));
-    const wide sign = minus_where(is_odd) * (plan->is_even ? side : wide_splat(1.0));
+    const wide sign = minus_where(is_odd) * (plan->is_psi_odd ? side : wide_splat(1.0));
     return sign * value + sum_slow_heading_terms(plan, turns + turn);
 }
 /* Returns the state at `time` in the units of plan->torus. The mean angles are 2 mean[0] + `turns`
