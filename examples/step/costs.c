@@ -51,7 +51,7 @@ static void step_implicit(body *b)
     kr_step_rotatef(b->qf, 1.0f, v, b->w);
     const float half[4] = {0, 0.5f * h * w[0], 0.5f * h * w[1], 0.5f * h * w[2]};
     float change[4] = {0}, square = 0;
-    kr_step_multiplyf(half, b->qf, change);
+    kr_step_add_productf(half, b->qf, change);
     for (int i = 0; i < 4; i++) b->qf[i] += change[i], square += b->qf[i] * b->qf[i];
     for (int i = 0; i < 4; i++) b->qf[i] /= sqrtf(square);
 }
