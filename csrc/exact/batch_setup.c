@@ -32,10 +32,10 @@ typedef struct body_data {
     kr_swing swing;
 } body_data;
 
-/* batch_queue.in has a column for each top. INERTIA, ATTITUDE, MOMENTUM and AXES are the first of
- * 3, 4, 3 and 8 rows; AXES holds kr_body.axes and kr_working.axes. Every other name is one row. The
- * lever in internal units is MASS * GRAVITY * REACH * SCALE. MOMENT and TIME are the internal units
- * of inertia and time, BEGIN is the initial time. NUMBERS is the number of rows. */
+/* The rows of batch_queue.in, which has a column for each top. 3 rows begin at INERTIA, 4 rows at
+ * ATTITUDE, 3 at MOMENTUM and 8 at AXES (kr_body.axes, then kr_working.axes). Each other name is
+ * one row. The lever in internal units is MASS * GRAVITY * REACH * SCALE. MOMENT and TIME are the
+ * internal units of inertia and time, BEGIN the initial time, NUMBERS the number of rows. */
 enum { INERTIA = 0, ATTITUDE = 3, MOMENTUM = 7, AXES = 10 };
 enum { MASS = 18, GRAVITY, REACH, SCALE, MOMENT, TIME, BEGIN, NUMBERS };
 /* A queue collects tops until their closed-form solutions can be computed together. */
@@ -128,8 +128,8 @@ static int add_top_to_queue(batch_queue queues[2], const kr_scene *scene, size_t
     int unit;
     if (!kr_find_time_unit(&known->swing, most, &unit)) return 0;
     const int power = known->power + known->gravity_power + 2 * unit;
-    /* `scale` and `time` must lie between 2^-1000 and 2^1000, to avoid overflow and underflow. For
-     * `scale`, only the lower limit is tested: in internal units, the lever is at most about 1. */
+    /* `scale` and `time` must lie between 2^-1000 and 2^1000, to avoid overflow and underflow.
+     * `scale` is below about 8: |scale * lever| is at most about 1, |lever| at least about 1/8. */
     if (power < -1000 || unit < -1000 || unit > 1000) return 0;
     const double gravity = known->gravity_fraction, scale = power_of_2(power),
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);

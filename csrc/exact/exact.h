@@ -26,8 +26,8 @@ typedef struct kr_exact_form {
     double begin;                                    /* initial time [T] */
     double curve;                                    /* the kind of the series (kernel.h) */
     kr_phase nutation, first, second;
-    /* For series in the dual nome: pi K/K' or, for torque-free bodies, pi K/2K', as a sum of two
-     * doubles, and the coefficients `slope` of alpha and beta (evaluate_theta_series, kernel.h). */
+    /* For series in the dual nome: stretch + stretch_rest, a double-double, is pi K/K' or, for
+     * torque-free bodies, pi K/2K'. For `slope`, see evaluate_theta_series (kernel.h). */
     double stretch, stretch_rest, slope[2];
     kr_theta alpha, beta, horizontal;
     double momentum, side; /* scale of the horizontal momentum; -1 if up and down are exchanged */

@@ -111,8 +111,10 @@ typedef struct exact_top {
 INLINE mask wide_more(wide a, wide b) { return wide_less(b, a); }
 INLINE mask is_negative(wide a) { return wide_less(a, wide_splat(0.0)); }
 INLINE mask is_positive(wide a) { return wide_less(wide_splat(0.0), a); }
-/* Returns -1 in the lanes selected by the mask m, and 1 in all others. */
-INLINE wide minus_where(mask m) { return wide_choose(m, wide_splat(-1.0), wide_splat(1.0)); }
+INLINE wide minus_where(mask negative)
+{
+    return wide_choose(negative, wide_splat(-1.0), wide_splat(1.0));
+}
 INLINE wide length(wide x, wide y) { return wide_sqrt(x * x + y * y); }
 INLINE wide drop_tiny_momentum(wide m)
 {
@@ -251,8 +253,8 @@ typedef struct factors {
 
 /* Evaluates the theta series at the time t after the initial time. If `dual` is nonzero, sinh and
  * cosh replace the sine and cosine, and Jacobi's transformation adds e->slope[0] z turns to the
- * phase of alpha and e->slope[1] z turns to the phase of beta. In units of half a turn, z is the
- * phase of the nutation minus the nearest integer. */
+ * phase of alpha and e->slope[1] z turns to the phase of beta, where z is the phase of the nutation
+ * in half turns, minus the nearest integer. */
 INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = evaluate_phase(&e->nutation, t);
@@ -332,7 +334,7 @@ INLINE mask is_span_computable(const exact_lanes *e, wide span)
                              wide_less(wide_abs(span * e->second.fast), most)));
 }
 /* Writes the real and imaginary parts of alpha, beta and m_x + i m_y at the time `span` after the
- * initial time, without their common denominator, the factor e->momentum of m_x + i m_y, and the
+ * initial time. Leaves out their common denominator, the factor e->momentum of m_x + i m_y, and the
  * linear map e->frame. All lanes have the same kind of theta series (`dual`, `euler`). */
 static inline void evaluate_alpha_beta_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                                wide out[6])
@@ -477,9 +479,9 @@ static inline wide sign_of(wide x)
 
 /* Sets the nutation period and the mean rates of precession and spin, from the rates nu, `first`
  * and `second` [rad per unit of time] of the phases of nutation, alpha and beta. While X grows by
- * 2 pi, the complex values of theta1(X + i y1) and theta2(X + i y2) wind once about zero, in the
- * directions given by the signs of exact->slope. If y1 or y2 is 0, the function passes through zero
- * instead, its slope is 0, and it counts as not winding. theta4 (`euler`) does not wind. */
+ * 2 pi, theta1(X + i y1) and theta2(X + i y2) wind once about zero in the complex plane. This adds
+ * nu times the sign of exact->slope[0] or [1] to the mean rate of arg alpha or arg beta. The slope
+ * is 0 if y1 or y2 is 0: then the function has real zeros. theta4 (`euler`) does not wind. */
 static inline void set_period_and_mean_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),

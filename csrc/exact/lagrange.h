@@ -15,10 +15,10 @@ enum theta { THETA1, THETA2, THETA3, THETA4 };
 /* Returns agm(1, kp), which is M = pi / 2K if kp = k'. For each of the n values p_0^2 = 1 - alpha^2
  * in `start`, writes the sum Q_0 + Q_1 + ... to `sum`, which gives the complete elliptic integral
  *     Pi(alpha^2, k) = pi / (4 M) (2 + alpha^2 / (1 - alpha^2) (Q_0 + Q_1 + ...))   (DLMF 19.8.6).
- * The iteration starts from a = 1, g = kp, p = p_0 and Q = Q_0 = 1. A step replaces
+ * The iteration starts from the means a = 1 and g = kp, p = p_0 and Q = Q_0 = 1. A step replaces
  *     a by (a + g)/2,   g by sqrt(a g),   p by (p^2 + a g) / (2 p),   Q by Q e/2,
- * where e = (p^2 - a g) / (p^2 + a g), and squares the relative differences between a, g and p. The
- * first step that begins with differences below 1e-8 is followed by a last one in doubles. */
+ * where e = (p^2 - a g) / (p^2 + a g), and roughly squares relative differences between a, g and p.
+ * The first step that begins with differences below 1e-8 is followed by a last one in doubles. */
 static inline dd find_agm_and_sums(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
@@ -158,13 +158,12 @@ static const double COS_EVEN[][KR_THETA_TERMS] = {
 static const double SIN_EVEN[][KR_THETA_TERMS] = {
     {0}, {2}, {4, -8}, {6, -32, 32}, {8, -80, 192, -128}};
 
-/* Adds `weight` times row j of a table to `sum`. Row j has j + 1 coefficients. */
-static inline void add_table_row(wide sum[], wide weight, int j, const double row[])
+/* Adds `weight` times the coefficients in a row of a table to those in `sum`. */
+static inline void add_table_row(wide sum[], wide weight, int degree, const double row[])
 {
-    for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];
+    for (int i = 0; i <= degree; i++) sum[i] = sum[i] + weight * row[i];
 }
-/* Writes sinh y and cosh y, by the addition theorems for y = r + k ln 2 (split_exponential). The
- * relative precision is full even for small y. */
+/* Writes sinh y and cosh y, with full relative precision even for small y, unlike sinhcosh. */
 static inline void sinhcosh_accurate(wide y, wide *s, wide *c)
 {
     const exponential e = split_exponential(dd_of(y));
@@ -269,8 +268,8 @@ static inline void recompute_smaller_factor(dd *a, dd *b, mask is_a_smaller, dd 
     *a = dd_choose(mask_and(is_a_smaller, known), smaller, *a);
     *b = dd_choose(mask_and(mask_not(is_a_smaller), known), smaller, *b);
 }
-/* Replaces small distances, which suffer from cancellation, by quotients. With the initial W, a and
- * du/dt, products of distances are
+/* Recomputes small distances, which suffer from cancellation, by division of products of distances
+ * by the other factors. With the initial W, a and du/dt, the products are
  *     (W.e3 + W.a)^2 = g (1 + u1)(1 + u2)(1 + u3),   (W.e3 - W.a)^2 = g (1 - u1)(1 - u2)(u3 - 1),
  *     (du/dt)^2 = g (u0 - u1)(u2 - u0)(u3 - u0).
  * `about_initial` is nonzero if the distances come from find_roots_about_initial_height. */
@@ -347,7 +346,7 @@ static inline void find_roots_about_pole(const initial *s, wide guess, turning_p
     recompute_small_distances(s, r, 0);
 }
 /* Returns the distances between the roots u1, u2 and u3, the initial height and the poles. The
- * polynomial (du/dt)^2 is expanded about u0 or about u = 1: near there, two roots may coincide. */
+ * polynomial (du/dt)^2 is expanded about u0 or u = 1, because two roots may coincide near these. */
 static turning_points find_turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
@@ -505,9 +504,9 @@ static inline dd find_initial_nutation_phase(const turning_points *r, wide mean)
 }
 /* Sets the initial phases of nutation, alpha and beta, such that alpha and beta have the arguments
  * given by the initial attitude. Let A, B and H be |alpha|^2, |beta|^2 and |m_x + i m_y|^2, each
- * divided by its maximum. The argument of a small number is inaccurate. If the smaller of A and B
- * is less than H/4, the phase of alpha or beta, respectively, is therefore computed from
- * arg(m_x + i m_y), which is the sum of both phases and the argument of -theta3. */
+ * divided by its maximum. The argument of a small number is inaccurate. If A < min(B, H/4), the
+ * phase of alpha is therefore computed from arg(m_x + i m_y), which is the sum of both phases and
+ * the argument of -theta3. Otherwise, if B < H/4, so is the phase of beta. */
 static inline void set_initial_phases(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1, wide mean, const exact_top *top)
 {

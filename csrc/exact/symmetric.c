@@ -27,9 +27,8 @@ typedef struct described_top {
     kr_units units;
 } described_top;
 
-/* Returns |com| of a spherical body. Writes to `tilt` the rotation that maps the third internal
- * axis (w->axes) to the direction of `com`; its angle is a rounding error. `com` has components
- * along the principal axes. */
+/* Returns |com| of a spherical body, given `com` along the principal axes. `tilt` becomes the
+ * rotation, by a tiny angle due to rounding, from the third internal axis (w->axes) to `com`. */
 static dd find_com_length_and_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
@@ -217,8 +216,8 @@ static int set_up_steady_free_motion(kr_exact_form *exact, const double inertia[
 }
 /* Returns the common rate of the phases of alpha and beta [rad per unit of time], and writes
  * agm(1, k') to `mean`. `c2`, `flat`, `k2` and `kp` are c^2, 1 - c^2, k^2 and k'. For c^2 <= 1/4,
- * the rate follows from sum Q_n for p0^2 = 1 + c2 k2 / flat (DLMF 19.7.8), without division by
- * c. */
+ * another formula replaces that of the opening comment. It has sum Q_n for p0^2 = 1 + c2 k2 / flat,
+ * and no division by c (DLMF 19.7.8). */
 static dd find_common_phase_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
@@ -266,10 +265,10 @@ static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2
 #define LEAST_SQUARE 1e-280
 #define NEAR_SEPARATRIX_KP2 1e-36
 
-/* Returns the initial phase of the nutation, F/4K [turns]. The initial momentum has components
- * proportional to cn F along axis 1, and to a->sense * sn F along axis 2. `i31` and `i32` are
- * |I3 - I1| and |I3 - I2|, `kp2` is k'^2, and `mean` is agm(1, k'). Near a separatrix, K is large.
- * For F near K, K - F would then be inaccurate, and is computed from sn(K - F) = cn F / dn F. */
+/* Returns the initial phase of the nutation, F/4K [turns]. Apart from positive factors, the initial
+ * momentum is cn F along axis 1 and a->sense * sn F along axis 2. `i31` and `i32` are |I3 - I1| and
+ * |I3 - I2|, `kp2` is k'^2, and `mean` is agm(1, k'). Near a separatrix, K is large. For F near K,
+ * K - F would then be inaccurate, and is computed from sn(K - F) = cn F / dn F. */
 static dd find_free_nutation_phase(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;
@@ -365,7 +364,7 @@ static int find_precession_sign(const initial *s, dd one_minus_u, dd one_plus_u,
 }
 /* Returns the type of motion (kr_nutation) of a heavy top with a nonnegative lever, given its least
  * and greatest nutation angles [rad]. Angles that differ by at most KR_INPUT_RTOL [rad] count as
- * equal. Rates up to this fraction of the terms in their formulas count as zero. */
+ * equal. Rates up to KR_INPUT_RTOL times the terms in their formulas count as zero. */
 static const char *classify_heavy_motion(const initial *s, const turning_points *r, double least,
                                          double greatest)
 {
@@ -462,8 +461,8 @@ static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
     return s.exact;
 }
 /* Returns 0 for a heavy top if half its initial tilt from the vertical [rad] and its horizontal
- * momentum [internal units] are both below 1e-70, but not both zero. The time of its fall depends
- * on their logarithms, and their fourth powers may underflow. Returns 1 for other tops. */
+ * momentum [internal units] are both below 1e-70, but not both zero. Fourth powers of such values
+ * may underflow, but their logarithms determine the time of the fall. Returns 1 for other tops. */
 static int is_initial_tilt_resolved(const kr_scene *scene)
 {
     const kr_working w = kr_body_working(&scene->body);
@@ -528,8 +527,8 @@ kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation *out)
         return KR_ERR_METHOD;
     status = convert_to_internal(scene, kind, &top);
     if (status != KR_OK) return status;
-    /* Without weight, a momentum below 1e-40 is much smaller than that of the rotor. It does not
-     * move the apex within the times that doubles resolve, but its powers would underflow. */
+    /* Without weight and with |m| below 1e-40, the rotor momentum is about 1 [internal units]. Then
+     * m does not move the apex within the times that doubles resolve, but powers of m underflow. */
     if (top.own.lever.hi == 0.0 && v_largest(top.own.m) < 1e-40) top.own.m = v3(0.0, 0.0, 0.0);
     const int below = top.own.lever.hi < 0.0;
     if (below) top.own = exchange_up_and_down(&top.own);
