@@ -3,18 +3,17 @@
  * products are three times as fast with fused multiply-add.
  *
  * All vectors have components along the principal axes of the body. Let J be the principal moments,
- * A = diag(1/J), h the momentum of the rotors, m the angular momentum and w the angular velocity:
- *     m' = m x w,   w = A (m - h).
+ * A = diag(1/J), h the momentum of the rotors, m the angular momentum and W the angular velocity:
+ *     m' = m x W,   W = A (m - h).
  * The attitude is a product q0 R S of the constant rotation q0, the rotation R about a constant
  * unit vector a by the angle phi, and the shortest rotation S from m to |m| a, with
- *     phi' = (2 E + w.(h + |m| a)) / (|m| + m.a),   2 E = w.(m - h).
+ *     phi' = (2 E + W.(h + |m| a)) / (|m| + m.a),   2 E = W.(m - h).
  * First, the period T of m is computed in double precision. A Taylor series in double-doubles over
  * this time gives a more accurate T, the growth Om T of phi in a period, and samples of m and phi.
- * They determine two Fourier series X and Y in theta = 2 pi t/T: with the quaternion (w, x, y, z)
- * of R S in axes whose third axis is a,
+ * The samples determine two Fourier series X and Y in theta = 2 pi t/T. If (w, x, y, z) is the
+ * quaternion of R S in axes whose third axis is a,
  *     (X, Y) = sqrt(D) e^{-i Om t/2} (w + i z, x + i y),   D = |X|^2 + |Y|^2.
- * The periodic D(t) (set_log_norm_and_bound_range) is such that X and Y have no poles at complex t,
- * and need the fewest coefficients. */
+ * The periodic D(t) is such that X and Y have no poles at complex t, and need few coefficients. */
 #include "torus.h"
 
 enum {
@@ -156,8 +155,8 @@ static void set_best_axis(gyrostat *top, const double least_component[DIRECTIONS
     }
 }
 /* Sets a and, in double precision, the period T. If m is near an equilibrium, T is the period of
- * small oscillations. Otherwise, T is the time until m returns to its initial value, where it
- * crosses the plane perpendicular to the initial m'. Returns 0 if this takes more than MOST_STEPS
+ * small oscillations. Otherwise, T is the time until m returns to its initial value m0, computed as
+ * a zero of (m - m0).m0' with the initial rate m0'. Returns 0 if this takes more than MOST_STEPS
  * steps of the Taylor series, as near separatrices, else 1. */
 static int find_axis_and_period(gyrostat *top, gyrostat_series *s)
 {
@@ -197,8 +196,8 @@ static int find_axis_and_period(gyrostat *top, gyrostat_series *s)
     set_best_axis(top, least);
     return has_returned;
 }
-/* Integrates m and phi over the approximate period. Adds to top->period the time in which m would
- * move from its last to its first value. For this corrected period, writes samples of m and phi and
+/* Integrates m and phi over the approximate period. Adds to top->period the time that m then still
+ * needs to return to its initial value. For this corrected period, writes samples of m and phi, and
  * the growth of phi. Returns |correction| / period, or infinity if m does not return. */
 static double integrate_and_correct_period(gyrostat_memory *memory)
 {
@@ -256,8 +255,8 @@ static double integrate_and_correct_period(gyrostat_memory *memory)
     const double beside = v_length(v_sub(v_round(miss), v_scale(late.hi, along)));
     return beside < 1e-10 * top->size.hi ? fabs(late.hi) / period.hi : INFINITY;
 }
-/* Writes the Fourier coefficients of e^{i n theta} of the two complex functions with the samples
- * memory->sample to `out`. Returns the sum of the magnitudes of the real numbers in `out`. */
+/* Writes to `out` the coefficients of e^{i n theta} in the Fourier series of two complex functions,
+ * sampled in memory->sample. Returns the sum of the magnitudes of the four numbers in `out`. */
 static double fourier_coefficient(const gyrostat_memory *memory, int n, double out[4])
 {
     double sum[4] = {0.0, 0.0, 0.0, 0.0};
@@ -272,10 +271,10 @@ static double fourier_coefficient(const gyrostat_memory *memory, int n, double o
     for (int i = 0; i < 4; i++) out[i] = sum[i] / SAMPLES;
     return fabs(out[0]) + fabs(out[1]) + fabs(out[2]) + fabs(out[3]);
 }
-/* Writes samples of ln D (opening comment) to memory->log_d. The second derivative of ln D is
- * integrated twice, term by term in a Fourier series. With d = m - h and B = A - tr(A)/3, it is
+/* Writes samples of ln D (opening comment) to memory->log_d, from the Fourier series of the second
+ * time derivative of ln D. With d = m - h and B = A - tr(A)/3, this derivative is
  *     |B d|^2 - m.(tr(A) B/3 - B^2) h
- * minus the average of this expression over a period. For a nearly spherical body, B is small and
+ * minus the average of this expression over a period. For a nearly spherical body, B is small, and
  * nothing cancels. Returns a bound on max ln D - min ln D, or infinity if SAMPLES is too small. */
 static double set_log_norm_and_bound_range(gyrostat_memory *memory)
 {
@@ -305,8 +304,8 @@ static double set_log_norm_and_bound_range(gyrostat_memory *memory)
     }
     return 4.0 * total;
 }
-/* Writes samples of X and Y (opening comment) to memory->sample. `tilt` rotates the principal axes
- * to the axes in which (w, x, y, z) is R S: the third axis to a. */
+/* Writes samples of X and Y (opening comment) to memory->sample. The axes of (w, x, y, z), of which
+ * the third is a, are the principal axes rotated by `tilt`. */
 static void set_spinor_samples(gyrostat_memory *memory, kr_quat tilt)
 {
     for (int k = 0; k < SAMPLES; k++) {

@@ -1,6 +1,6 @@
 /* Set-up of the closed form of a Goryachev-Chaplygin top, whose states goryachev_chaplygin.h
- * computes. Double-double products are three times as fast with fused multiply-add, so that this
- * file is compiled once for each instruction set.
+ * computes. This file is compiled once for each instruction set, because double-double products are
+ * three times as fast with fused multiply-add.
  *
  * Units and axes: The moments are (1, 1, 1/4), and mass * |gravity| * |com| = 1. Axis 1 points
  * towards the centre of mass if gravity is positive, and away from it otherwise. Axis 3 is the
@@ -27,9 +27,8 @@
  * suffice: psi changes its sign when alpha1 grows by 2 pi, and is an even or an odd function of the
  * two angles. For the same reasons, the real or the imaginary part of B_k(pi) is zero. This
  * condition determines B_k(0) after a division by cos(k rho pi). If this divisor is small, the term
- * k is slow (kr_slow_term): B_k(0) is set to 0, and the series is discontinuous at alpha1 = pi. The
- * error of a slow term grows linearly with time, but more slowly than the effect of rounding the
- * initial state. */
+ * k is slow (kr_slow_term): B_k(0) is set to 0, and the series jumps at alpha1 = pi. The error of a
+ * slow term grows linearly in time, but slower than the effect of rounding the initial state. */
 #include "goryachev_chaplygin.h"
 enum { GRID = 2048 };
 #include "torus_setup.h"
@@ -70,7 +69,7 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
         gap[j] = o->pair ? -far * far : far * far;
     }
     /* gap[0] and gap[1], squared distances of roots of p+ and of p-, have errors of about 1e-31.
-     * The limit for gap[1] is larger, because the frequencies depend on its logarithm. */
+     * The limit for gap[1] is larger, because the frequencies depend on log |gap[1]|. */
     if (!(gap[0] > 1e-20)) return gap[0] > -1e-20 ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
     if (!(fabs(gap[1]) > 1e-15)) return KR_REFUSAL_SEPARATRIX;
     o->real = sort_real_roots(o->root, CURVE_ROOTS, o->pair ? 4 : CURVE_ROOTS, o->order);
@@ -79,8 +78,8 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
 /* Sets up the arc between the real roots o->order[low] and o->order[low + 1]: its members A, B, C,
- * a and b. C is such that the next real roots below and above the arc are, as values of the complex
- * angle x, as far from the real axis as possible. */
+ * a and b. C is chosen such that the complex angles x at which u equals the next real root below or
+ * above the arc are as far from the real axis as possible. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
@@ -114,8 +113,8 @@ static int make_arcs(const chaplygin_curve *o, const dd u[2], chaplygin_arc arc[
     }
     return 1;
 }
-/* Returns P, and writes |u| to `size`. ss and cc are the squares of sin(x/2) and cos(x/2). */
-static dd evaluate_P_and_size(const chaplygin_arc *arc, dd ss, dd cc, dd *size)
+/* Returns P, and writes |u| to `abs_u`. ss and cc are the squares of sin(x/2) and cos(x/2). */
+static dd evaluate_P_and_size(const chaplygin_arc *arc, dd ss, dd cc, dd *abs_u)
 {
     const chaplygin_curve *o = arc->curve;
     const dd D = dd_add(dd_mul(arc->C, ss), cc);
@@ -126,7 +125,7 @@ static dd evaluate_P_and_size(const chaplygin_arc *arc, dd ss, dd cc, dd *size)
         if (o->pair && i == 4) factor = dd_add(dd_square(factor), dd_square(dd_mul(o->root[5], D)));
         product = dd_mul(product, factor);
     }
-    *size = dd_abs(dd_div(add_products(arc->A, ss, arc->B, cc), D));
+    *abs_u = dd_abs(dd_div(add_products(arc->A, ss, arc->B, cc), D));
     return dd_half(dd_mul(D, dd_sqrt(dd_div(arc->C, dd_abs(product)))));
 }
 /* Fills an arc of the plan, except for its Chebyshev coefficients, its sign and its rate. */
@@ -273,8 +272,8 @@ static void fill_cosines_at_nodes(chaplygin_work *w)
 }
 /* Writes the Chebyshev coefficients of two functions of alpha in a cell to `out`: (x - alpha)/2
  * [turns], then the periodic part of t. `at` moves through the nodes, in descending order of alpha
- * if `is_falling` is 1. Returns the largest of the last two coefficients of both functions. Those
- * of t are relative to the larger of arc->q and the largest sample of the periodic part. */
+ * if `is_falling` is 1. Returns the largest magnitude of the last two coefficients of each function
+ * (for t, divided by the larger of arc->q and the largest sample of the periodic part). */
 static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
                               const kr_chaplygin_arc *e, int cell, int is_falling, arc_place *at,
                               double out[])
@@ -299,10 +298,10 @@ static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
         }
     return tail;
 }
-/* Fills the cells (kr_chaplygin_arc) of arc j in the plan. The number of cells is doubled until the
- * last Chebyshev coefficients are below 4e-15, or once more after they fall below 1e-11, which
- * reduces them below 1e-15. The cell with the largest |u|, where they are largest, is tried first.
- * Returns 0 if they are not below 1e-13. */
+/* Fills the cells (kr_chaplygin_arc) of arc j in the plan. Doubles the number of cells until the
+ * last Chebyshev coefficients are below 4e-15; if they are below 1e-11, doubles it only once more.
+ * Starts with the cell of the largest |u|, where the last coefficients are largest. Returns 0 if
+ * the last coefficients are not below 1e-13. */
 static int make_cells(chaplygin_work *w, int j)
 {
     kr_chaplygin_plan *const plan = &w->plan;
@@ -384,22 +383,22 @@ static double convert_samples_to_fourier(chaplygin_work *w, int n, double v[])
     }
     return last;
 }
-/* Returns the growth of the phase of term k of psi in a number of turns of alpha1 [turns]. */
-static dd find_phase_growth(const kr_chaplygin_plan *plan, dd ratio, int k, double alpha1_turns)
+/* Returns the growth [turns] of the phase of term k of psi in `alpha1_turns` turns of alpha1. */
+static dd find_phase_growth(const kr_chaplygin_plan *plan, dd rho, int k, double alpha1_turns)
 {
-    const dd turns = dd_times(alpha1_turns * (k + 0.5 * !plan->is_whole), ratio);
+    const dd turns = dd_times(alpha1_turns * (k + 0.5 * !plan->is_whole), rho);
     return dd_make(turns.hi - nearest(turns.hi), turns.lo);
 }
 /* Appends the slow term k of psi to the plan. `miss` is the part of B_k(pi), real or imaginary,
- * that should be zero. At alpha1 = pi, where half of alpha2 is `half` turns, the term jumps with
- * the amplitude 2 * miss. `ratio` is rho. Returns 0 if there is no room. */
-static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double miss, dd half)
+ * that should be zero. At alpha1 = pi, where half of alpha2 is `half_alpha2` turns, the term jumps
+ * with the amplitude 2 * miss. Returns 0 if there is no room. */
+static int append_slow_term(kr_chaplygin_plan *plan, dd rho, int k, double miss, dd half_alpha2)
 {
     if (plan->slow_terms == SLOW_TERMS) return 0;
     kr_slow_term *e = &plan->slow[plan->slow_terms++];
     double unused;
-    const dd phase = dd_times(2 * k + !plan->is_whole, half);
-    dd step = dd_plus(find_phase_growth(plan, ratio, k, 1.0), 0.5);
+    const dd phase = dd_times(2 * k + !plan->is_whole, half_alpha2);
+    dd step = dd_plus(find_phase_growth(plan, rho, k, 1.0), 0.5);
     step.hi -= nearest(step.hi);
     e->value = 2.0 * miss;
     e->phase = (phase.hi - nearest(phase.hi)) + phase.lo + (plan->is_psi_odd ? 0.0 : 0.25);
@@ -409,23 +408,23 @@ static int append_slow_term(kr_chaplygin_plan *plan, dd ratio, int k, double mis
     return 1;
 }
 /* On each section, replaces the coefficients of the change of psi until the next section (complex
- * conjugates of G_k) by the coefficients of psi (complex conjugates of B_k), for n/2 terms. `ratio`
- * is rho. `half` is half of alpha2 [turns] at alpha1 = pi. Returns 0 if too many are slow. */
-static int convert_changes_to_series(kr_chaplygin_plan *plan, dd ratio, int n, dd half)
+ * conjugates of G_k) by the coefficients of psi (complex conjugates of B_k), for n/2 terms.
+ * `half_alpha2` is half of alpha2 [turns] at alpha1 = pi. Returns 0 if too many terms are slow. */
+static int convert_changes_to_series(kr_chaplygin_plan *plan, dd rho, int n, dd half_alpha2)
 {
     plan->slow_terms = 0;
     for (int k = 0; k < n / 2; k++) {
         double *const re = plan->term + plan->first + k, *const im = re + n / 2;
         cx step, across, sum = cx_of(0.0, 0.0);
-        sincos_turns(find_phase_growth(plan, ratio, k, 0.5 / plan->sections), &step.im, &step.re);
-        sincos_turns(find_phase_growth(plan, ratio, k, 0.5), &across.im, &across.re);
+        sincos_turns(find_phase_growth(plan, rho, k, 0.5 / plan->sections), &step.im, &step.re);
+        sincos_turns(find_phase_growth(plan, rho, k, 0.5), &across.im, &across.re);
         for (int at = 0; at < plan->sections * n; at += n)
             sum = cx_mul(step, cx_add(sum, cx_of(re[at], im[at])));
         const double miss = plan->is_psi_odd ? sum.im : sum.re;
         double start = 0.0;
         if (fabs(across.re) > fmax(LEAST_DIVISOR, fabs(miss)))
             start = -miss / across.re;
-        else if (fabs(miss) > LEAST_TERM && !append_slow_term(plan, ratio, k, miss, half))
+        else if (fabs(miss) > LEAST_TERM && !append_slow_term(plan, rho, k, miss, half_alpha2))
             return 0;
         sum = plan->is_psi_odd ? cx_of(0.0, start) : cx_of(start, 0.0);
         for (int at = 0; at < plan->sections * n; at += n) {
@@ -449,11 +448,11 @@ static void drop_small_terms(kr_chaplygin_plan *plan, int n)
     for (int j = 0; j < rows; j++)
         memmove(from + j * plan->terms, from + j * (n / 2), sizeof(double) * (size_t)plan->terms);
 }
-/* Computes the Fourier series of psi on the sections. `ratio` is rho. `half` is half of alpha2
- * [turns] at alpha1 = pi. Doubles the number of sections until the error of the quadrature is
- * negligible, and then the number n of samples on a section until the last coefficients are
- * negligible. Returns 0 if the plan has too little room for coefficients or slow terms. */
-static int make_sections(chaplygin_work *w, dd ratio, dd half)
+/* Computes the Fourier series of psi on the sections. `half_alpha2` is half of alpha2 [turns] at
+ * alpha1 = pi. Doubles the number of sections until the error of the quadrature is negligible, and
+ * then the number n of samples on a section until the last coefficients are negligible. Returns 0
+ * if the plan has too little room for coefficients or slow terms. */
+static int make_sections(chaplygin_work *w, dd rho, dd half_alpha2)
 {
     kr_chaplygin_plan *const plan = &w->plan;
     const int room = MOST_TERMS - plan->first;
@@ -475,7 +474,7 @@ static int make_sections(chaplygin_work *w, dd ratio, dd half)
             continue;
         }
         w->tail = fmax(w->tail, tail);
-        if (!convert_changes_to_series(plan, ratio, n, half)) return 0;
+        if (!convert_changes_to_series(plan, rho, n, half_alpha2)) return 0;
         drop_small_terms(plan, n);
         return tail < 1e-14;
     }
@@ -489,9 +488,8 @@ typedef struct separation {
     dd u[2];
     cdd root[2];
 } separation;
-/* Sets o->H, o->G and start->has_small_G. If G is negative, turns the axes of the closed form
- * through pi about axis 1, which reverses the sign of G: converts `start` and `way` to these
- * axes. */
+/* Sets o->H, o->G and start->has_small_G. If G is negative, reverses the sign of G: turns the axes
+ * of the closed form through pi about axis 1, and converts `start` and `way` to the new axes. */
 static void set_integrals(torus_start *start, torus_units *way, chaplygin_curve *o)
 {
     dd *const L = start->momentum, *const g = start->up;
@@ -533,9 +531,9 @@ static separation find_separation_variables(const torus_start *start)
     return y;
 }
 /* Returns half of the initial torus angle [turns] of an arc, given u and `root` from
- * find_separation_variables. Writes the initial periodic part of t to `time`. Sets e->sign. */
+ * find_separation_variables. Writes the periodic part of t to `periodic_t`. Sets e->sign. */
 static dd find_initial_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaplygin_arc *e,
-                             double *time)
+                             double *periodic_t)
 {
     const dd up = dd_max(dd_sub(arc->B, u), dd_of(0.0)),
              down = dd_max(dd_sub(dd_mul(u, arc->C), arc->A), dd_of(0.0)), both = dd_add(up, down);
@@ -546,7 +544,7 @@ static dd find_initial_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaply
     const chaplygin_point p = find_chaplygin_point(e, s, c);
     const int first = fabs(root.re.hi) > fabs(root.im.hi);
     if ((first ? p.c * root.re.hi : p.s * root.im.hi) < 0.0) e->sign = -1.0;
-    *time = sum_arc_sine_series(arc, 1, sine, cosine);
+    *periodic_t = sum_arc_sine_series(arc, 1, sine, cosine);
     return dd_add(argument_in_turns(s, c),
                   dd_times(0.5 * sum_arc_sine_series(arc, 0, sine, cosine), turns_per_radian()));
 }
@@ -587,20 +585,20 @@ static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
     plan->ratio = ratio.hi;
     return ratio;
 }
-/* Sets the initial mean angles, given half of each initial torus angle [turns] and, in `time`,
- * initial periodic parts of t. `ratio` is rho. Returns half of alpha2 [turns] where alpha1 is
- * pi. */
-static dd set_mean_angles(kr_chaplygin_plan *plan, dd ratio, const dd half[2], const double time[2])
+/* Sets the initial mean angles, given half of each initial torus angle [turns] and the initial
+ * periodic parts of t. Returns half of alpha2 [turns] where alpha1 is pi. */
+static dd set_mean_angles(kr_chaplygin_plan *plan, dd rho, const dd half_alpha[2],
+                          const double periodic_t[2])
 {
-    const double slip = -(time[0] + time[1]) / plan->mean;
+    const double slip = -(periodic_t[0] + periodic_t[1]) / plan->mean;
     dd angle[2];
     for (int j = 0; j < 2; j++) {
         kr_phase *turn = &plan->torus.turn[j];
         const dd extra = dd_of(slip * plan->arc[j].half_rate);
-        set_initial_phase(turn, dd_sub(half[j], extra));
+        set_initial_phase(turn, dd_sub(half_alpha[j], extra));
         angle[j] = dd_add(dd_make(turn->start, turn->more), extra);
     }
-    return dd_add(angle[1], dd_mul(ratio, dd_sub(dd_of(0.25), angle[0])));
+    return dd_add(angle[1], dd_mul(rho, dd_sub(dd_of(0.25), angle[0])));
 }
 /* Computes the plan, except for the initial heading. Returns KR_REFUSAL_NONE, or why it failed. */
 static kr_refusal fill_plan_except_heading(const torus_start *start, chaplygin_work *w)

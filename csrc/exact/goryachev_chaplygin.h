@@ -31,10 +31,10 @@ enum {
 /* The arc of one of Chaplygin's variables u, and functions of its torus angle alpha. */
 typedef struct kr_chaplygin_arc {
     double A, B, C; /* of |u| and D */
-    /* The factors a s^2 + b c^2 of (p+ D^3)/2 (indices 0 to 2) and (p- D^3)/2 (3 to 5), for the
-     * roots of the polynomials p+ and p- (goryachev_chaplygin.c). The factor of a root at an end of
-     * the arc is a s^2 or a c^2; s^2 or c^2 is left out, by b = a. If `pair` is 1, the factors 4
-     * and 5 are a[4] s^2 + b[4] c^2 +- i * imaginary * D. */
+    /* The factors a s^2 + b c^2 of (p+ D^3)/2 (indices 0 to 2) and (p- D^3)/2 (3 to 5), one for
+     * each root of the polynomials p+ and p- (goryachev_chaplygin.c). For a root at an end of the
+     * arc, s^2 or c^2 is left out: b = a, and the factor is the constant a. If `pair` is 1, the
+     * factors 4 and 5 are a[4] s^2 + b[4] c^2 +- i * imaginary * D. */
     double a[6], b[6], imaginary;
     int pair;
     int has_sine[2], has_cosine[2]; /* 1 if the end at x = 0, or at x = pi, is a root of p+, p- */
@@ -44,9 +44,9 @@ typedef struct kr_chaplygin_arc {
      * of two odd functions of alpha: (x - alpha)/2 [turns], then the periodic part of t. */
     int cells, first; /* `cells` is a power of two; index of the first coefficient */
 } kr_chaplygin_arc;
-/* A slow (nearly resonant) term of the Fourier series of psi, which is discontinuous where alpha1
- * is (2n + 1) pi. When alpha1 passes this value, value * sin(2 pi (phase + n * step)) is added to
- * psi, which makes psi continuous. */
+/* A slow (nearly resonant) term of the Fourier series of psi. This term makes the series jump where
+ * alpha1 is (2n + 1) pi, with an integer n. When alpha1 passes this angle, the opposite jump
+ * value * sin(2 pi (phase + n * step)) is added to psi, so that psi is continuous. */
 typedef struct kr_slow_term {
     double value, phase;    /* phase [turns] */
     double step, step_more; /* [turns] */
@@ -123,24 +123,24 @@ INLINE void evaluate_cell_series(const cell_place p[], int arcs, int which, wide
 typedef struct chaplygin_point {
     wide c, s, size;
 } chaplygin_point;
-/* Writes (|p+| D^3)/2 and (|p-| D^3)/2 to `out`, without the factor s^2 or c^2 of each end of the
- * arc. `ss` and `cc` are s^2 and c^2 (opening comment). */
+/* Writes (|p+| D^3)/2 and (|p-| D^3)/2 to `p_plus_minus`. Factors s^2 and c^2, from roots at the
+ * ends of the arc, are left out. `ss` and `cc` are s^2 and c^2 (opening comment). */
 INLINE void multiply_root_factors(const kr_chaplygin_arc *arc, wide ss, wide cc, wide D,
-                                  wide out[2])
+                                  wide p_plus_minus[2])
 {
     for (int k = 0; k < 2; k++) {
-        out[k] = wide_splat(1.0);
+        p_plus_minus[k] = wide_splat(1.0);
         for (int i = 3 * k; i < 3 * k + 3; i++) {
             wide factor = arc->a[i] * ss + arc->b[i] * cc;
             const wide far = arc->imaginary * D;
             if (arc->pair && i == 4) factor = factor * factor + far * far;
-            out[k] = out[k] * factor;
+            p_plus_minus[k] = p_plus_minus[k] * factor;
         }
-        out[k] = wide_abs(out[k]);
+        p_plus_minus[k] = wide_abs(p_plus_minus[k]);
     }
 }
-/* Returns the point of the arc where x/2 has the sine s and the cosine c. The relative errors of
- * all its members remain small where u is close to zero. */
+/* Returns the point of the arc where x/2 has the sine s and the cosine c. Every member of the
+ * result has a small relative error, even where u is close to zero. */
 INLINE chaplygin_point find_chaplygin_point(const kr_chaplygin_arc *arc, wide s, wide c)
 {
     const wide ss = s * s, cc = c * c, D = arc->C * ss + cc, one = 1.0 / D;
@@ -170,10 +170,10 @@ INLINE void find_chaplygin_points(const kr_chaplygin_plan *plan, int from, int t
     for (int j = 0; j < arcs; j++) out[j] = find_chaplygin_point(&plan->arc[from + j], s[j], c[j]);
 }
 /* Writes half of each torus angle, given half of each mean angle [turns]. The slip
- * (kr_chaplygin_plan) is the root of a function with the derivative |m|. log |m| changes by at most
- * one in a unit of tau. The steps of Newton's method stay in an interval that contains the root.
- * Bisection replaces a step longer than half of the previous one: without this rule, Newton's
- * method could alternate between two points on opposite sides of the root. */
+ * (kr_chaplygin_plan) is the root of a function with the derivative |m|. Because log |m| changes by
+ * at most one in a unit of tau, the error after a short Newton step d is at most about d^2/2.
+ * Bisection replaces Newton steps that leave an interval which contains the root. It also replaces
+ * Newton steps longer than half of the previous step, because these could alternate forever. */
 INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd half[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -216,20 +216,20 @@ static const double gauss_node[HEADING_NODES] = {0.019855071751231884, 0.1016667
                                                    0.18134189168918099,  0.15685332293894364,
                                                    0.11119051722668724,  0.050614268145188129};
 
-/* Returns the change of psi [rad] while alpha1 grows by `growth` turns from a section, where alpha1
- * is `alpha1` turns and half of alpha2 is `half_alpha2` turns. */
-INLINE wide integrate_heading_from_section(const kr_chaplygin_plan *plan, wide alpha1, wide growth,
-                                           wide half_alpha2)
+/* Returns the change of psi [rad] while alpha1 grows by `alpha1_growth` turns from a section. On
+ * this section, alpha1 is `alpha1` turns, and half of alpha2 is `half_alpha2` turns. */
+INLINE wide integrate_heading_from_section(const kr_chaplygin_plan *plan, wide alpha1,
+                                           wide alpha1_growth, wide half_alpha2)
 {
     wide sum = wide_splat(0.0);
     for (int g = 0; g < HEADING_NODES; g++) {
-        const wide way = (0.5 * gauss_node[g]) * growth;
+        const wide way = (0.5 * gauss_node[g]) * alpha1_growth;
         const dd node[2] = {dd_of(0.5 * alpha1 + way), dd_of(half_alpha2 + plan->ratio * way)};
         chaplygin_point p[2];
         find_chaplygin_points(plan, 0, 1, node, p, NULL);
         sum = sum + gauss_weight[g] * find_heading_rate(p);
     }
-    return plan->span * growth * sum;
+    return plan->span * alpha1_growth * sum;
 }
 /* Returns psi [rad] on the section with the index `section`, from its Fourier series, given half of
  * alpha2 [turns]. Clenshaw's recurrences for even and for odd terms are independent. */

@@ -17,8 +17,8 @@ typedef struct kr_torus {
     kr_phase turn[3];
 } kr_torus;
 
-/* The smallest value of kr_exact_info.certificate. In tests of random and degenerate motions over
- * 300 radians, rounding errors of states were up to ten times this value. */
+/* The smallest value of kr_exact_info.certificate. In tests of random and degenerate motions,
+ * rounding errors of states were up to ten times this value. */
 #define KR_TORUS_ROUNDING 0x1p-48
 
 /* Returns the i-th phase, in turns, at the time `span` after the initial time. */
@@ -34,8 +34,8 @@ INLINE double fraction_of_turns(double turns)
 {
     return isfinite(turns) ? turns - floor(turns) : NAN;
 }
-/* Returns the time t - torus->begin, or 0 if its magnitude is 2^990 or more, or a phase would
- * change by 2^50 turns or more: the initial state at least has the right integrals of motion. */
+/* Returns the time t - torus->begin. If |t - torus->begin| is 2^990 or more, or if a phase would
+ * change by 2^50 turns or more, returns 0: the initial state is computed instead. */
 INLINE dd find_elapsed_time(const void *plan, wide t)
 {
     const kr_torus *torus = plan;
@@ -98,7 +98,7 @@ INLINE kr_state evaluate_torus(torus_kernel *kernel, const void *plan, double t)
 /* The closed form of a free gyrostat. The angles `first` and `second` grow at constant rates. X and
  * Y are polynomials in u = e^{i first}. The attitude is a linear map `map` of q = (w, x, y, z) with
  *     (w + i z, x + i y) = e^{i second} (X(u), Y(u)) / sqrt(|X|^2 + |Y|^2).
- * X and Y in free_gyrostat.c have a further factor u^least, which is included in e^{i second}. */
+ * In free_gyrostat.c, X and Y have a further factor u^least. Here, e^{i second} includes it. */
 enum { GYROSTAT_TERMS = 48 };
 typedef struct kr_gyrostat_plan {
     kr_torus torus; /* turn[0] and turn[1] are the phases `first` and `second` */

@@ -16,9 +16,9 @@ enum { MAX_TRIES = 1000 };
 /* Largest rotation of the top per step, in radians. With whole turns within a step, GSL's error
  * estimate might be too small. The semi-implicit method damps unresolved rotations. */
 static const double most_turn = 4.0;
-/* Upper limits on h^2 a (most_fall) and h a (most_pull) in internal units: h is the step size, and
- * a bounds the angular acceleration due to gravity. Beyond these limits, rounding errors might make
- * the matrix 1 - h J singular (J: Jacobian), and GSL would read uninitialized memory. */
+/* Upper limits on a * step^2 (most_fall) and a * step (most_pull) in internal units. `step` is the
+ * step size, and a bounds the angular acceleration due to gravity. Beyond these limits, rounding
+ * might make 1 - step * J singular (J: Jacobian), and GSL would read uninitialized memory. */
 static const double most_fall = 1e12, most_pull = 1e14;
 
 typedef struct {
