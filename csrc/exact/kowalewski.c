@@ -136,9 +136,9 @@ static dd find_end_distance_product(const kowalewski_curve *o, int i, dd p, dd q
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
 /* Refines the approximate distances `gap` of w1 and w2 from the ends of their arcs, and sets
- * gap->mismatch. `product` holds accurate values of (k - w1)(k - w2), of (w1 - e)(e - w2) for the
- * lower end e of the first arc, and of (w1 - e)(e - w2) for the upper end e of the second. Each
- * iteration solves one equation for w1 and another for w2, chosen for the fastest convergence. */
+ * gap->mismatch. `product` holds accurate values of (k - w1)(k - w2), (w1 - e)(e - w2) and
+ * (w1 - f)(f - w2), with the lower end e of the first arc and the upper end f of the second. Each
+ * iteration computes w1 from one of these products and w2 from another, to converge fast. */
 static void refine_end_distances(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -468,8 +468,8 @@ static int average_integrands(kowalewski_arc *arc, cosine_table *table, samples 
     return arc->points > 0;
 }
 /* Computes the sine series of arc j, for theta1, theta2 and the heading, from the samples v of the
- * arc's integrands. Let p, q and `turn` be the averages of these integrands on each arc, as in
- * kowalewski_arc, and det = p2 q1 - p1 q2. The differentials of theta1 and theta2 are
+ * arc's integrands. In kowalewski_arc, p, q and `turn` are averages over y of dt/dy, w dt/dy and
+ * the heading's integrand. With det = p2 q1 - p1 q2, the differentials of theta1 and theta2 are
  *     (p2 w dt - q2 dt)/det  and  (p1 w dt - q1 dt)/det
  * on the first arc. On the second arc, where F has the opposite sign, their signs are opposite. The
  * heading is turn1 theta1 - turn2 theta2, with the sign of l, plus its sine series. */
@@ -496,9 +496,9 @@ static void set_arc_sine_series(kowalewski_arc arc[2], int j, dd det, const cosi
     }
     for (int i = 0; i < 3; i++) integrate_to_sines(v->v[i], table, arc[j].points, arc[j].sine[i]);
 }
-/* Computes the averages over both arcs, the sine series, and the rates of theta1, theta2 and the
- * heading [rad per unit of time], without the heading's factors for poles (set_heading_poles).
- * `table` and `v` are working memory. Returns 0 if an average does not converge or det <= 0. */
+/* Computes averages and sine series of both arcs, and the rates [rad per unit of time] of theta1,
+ * theta2 and the heading without factors for poles (set_heading_poles). Uses `table` and `v` as
+ * memory. Returns 0 if an average does not converge or det (set_arc_sine_series) is at most 0. */
 static int set_series_and_rates(const kowalewski_curve *o, kowalewski_arc arc[2],
                                 cosine_table *table, samples v[2], dd rate[3])
 {
@@ -593,9 +593,9 @@ static int locate_on_arc(const kowalewski_arc *arc, dd upper, dd lower, dd next_
     return 1;
 }
 /* Finds the first state `at` after the initial state `start` in which neither w1 nor w2 is close to
- * an end of its arc. After 8, 32 and 96 steps, points closer to the ends are accepted. The state
+ * an end of its arc. After 8, 32 and 96 time steps, points closer to the ends are accepted. A state
  * shortly after `at` gives the directions of w1 and w2. Writes the points of w1 and w2 in the state
- * `at` to `point`, and the torus angles of the initial state to `theta` [rad], given their rates.
+ * `at` to `point`, and theta1 and theta2 [rad] of the initial state to `theta`, given their `rate`.
  * Returns arc_gaps.mismatch of the state `at`, or infinity if there is no such state. */
 static double find_initial_angles(const kowalewski_curve *o, const kowalewski_arc arc[2],
                                   const dd rate[3], const dd start[6], start_point point[2],
@@ -664,7 +664,7 @@ static double estimate_distance_error(const kowalewski_curve *o, int i, int j)
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
 }
 /* Returns the largest relative error of the distances on whose logarithms the frequencies depend:
- * of each arc from the next branch point and, if an arc passes between e1 and e2, of e1 from e2. */
+ * from each arc to the next branch point and, if an arc passes between e1 and e2, from e1 to e2. */
 static double estimate_frequency_error(const kowalewski_curve *o)
 {
     const int top = o->real - 2;
@@ -677,8 +677,8 @@ static double estimate_frequency_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the least find_root_distance of two branch points. Uses close_roots.resolution instead
- * where close_roots.apply is 1. */
+/* Returns the least distance of two branch points, measured by close_roots.resolution if
+ * close_roots.apply is 1, and by find_root_distance otherwise. */
 static double find_least_root_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
@@ -802,8 +802,8 @@ static double find_koetter_signs(kr_kowalewski_plan *plan, const start_point poi
     memcpy(plan->sign, sign, sizeof sign);
     return best;
 }
-/* Computes w for the initial state `start` = (p, q, r, g1, g2, g3), but in w->plan only arcs and
- * Koetter's constants and signs. Returns the reason for a failure, or KR_REFUSAL_NONE. */
+/* Sets the members of `w` for the initial state `start` = (p, q, r, g1, g2, g3), but of w->plan
+ * only arcs, Koetter's constants and signs. Returns the reason for failure, or KR_REFUSAL_NONE. */
 static kr_refusal find_arcs_series_and_signs(const dd start[6], dd l, kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;
@@ -882,9 +882,9 @@ static double dot_entries(const signed char a[4], const signed char b[4])
     for (int i = 0; i < 4; i++) dot += a[i] * b[i];
     return dot / (127.0 * 127.0);
 }
-/* Fills the table of signs with n * n quaternions, whose signs make the scalar products of adjacent
- * ones positive. Sets half_turns[0] to 1 if the quaternion changes its sign when y1 grows by two
- * turns, and half_turns[1] for y2. Returns the smallest scalar product of adjacent quaternions. */
+/* Fills the table of signs for n * n pairs (y1, y2). Each quaternion has a positive scalar product
+ * with a neighbour before it. Sets half_turns[0] to 1 if the sign changes when y1 grows by two
+ * turns, half_turns[1] for y2. Returns the least product of neighbours apart from these changes. */
 static double fill_sign_table(kr_kowalewski_plan *plan, int n)
 {
     signed char *const node = (signed char *)(plan->harmonic + plan->terms);
@@ -914,9 +914,9 @@ static double fill_sign_table(kr_kowalewski_plan *plan, int n)
     }
     return least;
 }
-/* Fills what find_arcs_series_and_signs leaves of the plan, except for the initial phase of the
- * heading. Returns the last result of fill_sign_table. If it exceeds 1/4, each quaternion of the
- * motion, with the right sign, has a positive product with the nearest one of that table. */
+/* Fills the members of the plan that find_arcs_series_and_signs does not set, except the initial
+ * phase of the heading. Returns the last result of fill_sign_table. If this result exceeds 1/4,
+ * find_quaternion_sign finds the right sign in every state of the motion. */
 static double fill_rest_of_plan(kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;
@@ -982,8 +982,7 @@ static kr_refusal make_plan(void *memory, torus_start *start, torus_units *way, 
     double error = fmax(find_state_error(now, q, v3(m[0].hi, m[1].hi, m[2].hi)),
                         find_largest_error(plan, FEW_POINTS));
     if (error > KR_TORUS_ROUNDING) error = fmax(error, find_largest_error(plan, MANY_POINTS));
-    /* The last argument is the effect of the errors of the frequencies after 1000 radians. It is
-     * the largest only near separatrices, where rounding of the initial state has more effect. */
+    /* The last argument is the effect of the errors of the frequencies after 1000 radians. */
     *certificate = fmax(fmax(error, KR_TORUS_ROUNDING), 1e3 * w->separatrix);
     return KR_REFUSAL_NONE;
 }

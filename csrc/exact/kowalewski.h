@@ -44,22 +44,22 @@ typedef struct kr_kowalewski_arc {
     /* For complex e1, way * (N - e1 D) = half * (center[0] - cos x) - center[1] + i im D. */
     double half, center[2], im;
     /* For the poles w = sqrt(-c) and -sqrt(-c) of dpsi/dw, N - w D = both_a sin^2 + both_b cos^2 of
-     * x/2. The first `poles` elements of pole_a and pole_b belong to poles next to the arc: square
-     * roots of |both_a|, with the sign of l, and of |both_b|. */
+     * x/2. For the poles next to the arc, `poles` in number, pole_a is sqrt(|both_a|) with the sign
+     * of l, and pole_b is sqrt(|both_b|). */
     double pole_a[2], pole_b[2], both_a[2], both_b[2];
     int poles, low, high, folds; /* low, high: the branch points at x = pi and x = 0 */
     kr_fold fold[FOLDS];         /* from x to y */
 } kr_kowalewski_arc;
 /* The coefficients of sin(k y1) and sin(k y2) for one k: `angle` in S_11, S_12, S_21, S_22 [rad],
- * `heading` in the two sine series of psi/2 [turns]. The last elements of `heading` are zeros. */
+ * `heading` in the two sine series of psi/2 [turns]. heading[2] and heading[3] are zero. */
 typedef struct kr_harmonic {
     double angle[4], heading[4];
 } kr_harmonic;
 typedef struct kr_kowalewski_plan {
     kr_torus torus; /* its phases are theta1/2, theta2/2 and half of the heading */
     double l, c, k;
-    /* Koetter's constants of a root e of phi: A^2 = 2 (e + h), B^2 = e^2 + c, A B = l. A0 and B0:
-     * for e0. Arrays: for e1 and e2 or, if e1 is complex, for the real and imaginary part at e1. */
+    /* Koetter's constants of a root e of phi: A^2 = 2 (e + h), B^2 = e^2 + c, A B = l. Arrays hold
+     * values for e1 and e2 or, for complex e1, real and imaginary parts. A0 and B0 are for e0. */
     double A[2], B[2], A0, B0;
     double A_square[2], B_square[2];
     double sum, apart, middle;     /* e1 + e2, e1 - e2 (or 2 Im e1), e0 - sum/2 */
@@ -75,9 +75,9 @@ typedef struct kr_kowalewski_plan {
     /* The harmonics, and after them the table of signs (get_kowalewski_sign_table). */
     kr_harmonic harmonic[HARMONICS + NODES * NODES / 16];
 } kr_kowalewski_plan;
-/* Returns the table of signs: quaternions (w, x, y, z), multiplied by 127, for nodes^2 pairs
- * (y1, y2) that cover two turns of each angle. They lack the phase and the sine series of psi. With
- * the right sign, any other quaternion has a positive scalar product with the nearest entry. */
+/* Returns the table of signs: quaternions (w, x, y, z) times 127 for nodes^2 pairs (y1, y2) that
+ * cover two turns of each angle, without the phase and the sine series of psi. At other y1, y2, the
+ * right sign makes the scalar product with the entry of the nearest pair positive. */
 static inline const signed char *get_kowalewski_sign_table(const kr_kowalewski_plan *plan)
 {
     return (const signed char *)(plan->harmonic + plan->terms);
@@ -107,8 +107,8 @@ typedef struct arc_angle {
 typedef wide series_group;
 enum { GROUP = 1 };
 INLINE series_group load_series_coefficients(const double *p) { return wide_splat(*p); }
-/* Returns `one` for series in y1 and `two` for series in y2: GROUP series from index i on. */
-INLINE series_group choose_by_arc(int i, wide one, wide two) { return i % 2 ? two : one; }
+/* Returns `one` for series in y1 and `two` for series in y2: GROUP series from this index on. */
+INLINE series_group choose_by_arc(int series, wide one, wide two) { return series % 2 ? two : one; }
 #else
 typedef double series_group __attribute__((vector_size(8 * LANES_OF_SERIES)));
 enum { GROUP = LANES_OF_SERIES };
@@ -118,14 +118,14 @@ INLINE series_group load_series_coefficients(const double *p)
     memcpy(&r, p, sizeof r);
     return r;
 }
-INLINE series_group choose_by_arc(int i, wide one, wide two)
+INLINE series_group choose_by_arc(int series, wide one, wide two)
 {
 #  if LANES_OF_SERIES == 4
     const series_group r = {one, two, one, two};
 #  else
     const series_group r = {one, two};
 #  endif
-    (void)i;
+    (void)series;
     return r;
 }
 #endif
@@ -145,7 +145,7 @@ INLINE multiples find_sines_of_multiples(series_group s, series_group c)
 }
 /* Returns the sums of the terms k = 1, ..., n of GROUP sine series, given the sines and cosines m
  * of multiples of their angles. n is a multiple of 4. `first` points to the coefficients for k = 1
- * in a kr_harmonic. For speed, Clenshaw's recurrence is applied to every fourth term. */
+ * in a kr_harmonic. For speed, each of four Clenshaw recurrences takes every fourth term. */
 INLINE series_group sum_series_group(const double *first, int n, const multiples *m)
 {
     const int row = sizeof(kr_harmonic) / sizeof(double);
@@ -270,11 +270,11 @@ INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide st
     return (jacobian){{e * n, -b * n}, {-c * n, a * n}};
 }
 /* Writes a Newton step [rad], to be subtracted from d in y = theta + d, to `step`, and the inverse
- * Jacobian matrix at y - step to `after`. Uses the first `terms` terms of the series. Returns the
- * magnitude of the larger component of the step. If it is below 0.1, the step is then corrected for
- * second derivatives (Chebyshev). If it is above 1, the step is then shortened to 1. */
+ * Jacobian matrix at y - step to `inverse_after`. Uses the first `terms` terms of each series.
+ * Returns the size (the larger component) of the plain Newton step. A step of size below 0.1 is
+ * corrected for second derivatives (Chebyshev), and a step of size above 1 is shortened to 1. */
 INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const arc_angle y[2],
-                             const wide d[2], jacobian *after, wide step[2])
+                             const wide d[2], jacobian *inverse_after, wide step[2])
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
     const angle_series series = sum_series_derivatives(plan->harmonic, terms, y);
@@ -295,7 +295,7 @@ INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const ar
         step[0] = wide_choose(is_close, step[0], shorter * u);
         step[1] = wide_choose(is_close, step[1], shorter * v);
     }
-    *after = invert_jacobian(&series, -step[0], -step[1]);
+    *inverse_after = invert_jacobian(&series, -step[0], -step[1]);
     return size;
 }
 /* Sets the angles y to theta [turns] + d [rad] after d has decreased by `step`. In the lanes of
@@ -325,11 +325,11 @@ INLINE wide bisect_if_outside(wide x, wide low, wide high)
 /* Writes d = y - theta [rad], given theta [turns], in the lanes that are not in `found`. If the
  * arcs nearly touch, Newton's method may fail because the Jacobian matrix is almost singular. Two
  * nested searches are slower, but do not fail. For trial values of y, let E_i be theta_i(y) minus
- * the given theta_i. With p, q and w0 of kr_kowalewski_plan, P = p1 E1 - p2 E2 and
- * Q = q1 E1 - q2 E2 change by
+ * the given theta_i. With the averages p and q of kr_kowalewski_plan, and w0 given there,
+ * P = p1 E1 - p2 E2 and Q = q1 E1 - q2 E2 change by
  *     dP = |dw1/F| - |dw2/F|,  dQ = (w1 - w0) |dw1/F| - (w2 - w0) |dw2/F|  if y1 and y2 grow.
  * For any y2, P grows with y1. Along the curve P = 0, Q grows with y2, because w1 > w2. Each step
- * moves y1 towards this curve. Once y1 is on the curve, y moves along the curve towards Q = 0. */
+ * moves y1 towards this curve or, once (y1, y2) is on the curve, moves both along it to Q = 0. */
 APART void search_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], mask found,
                              wide d[2])
 {
@@ -371,8 +371,8 @@ APART void search_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], 
     }
 }
 /* Writes y1 and y2, given the torus angles theta in turns, -1 to 1. Newton's method starts at
- * angles interpolated in plan->guess. Its first steps (find_newton_step) use plan->some_terms terms
- * of each series, and its last steps all terms. Where it fails, search_arc_angles is called. */
+ * angles interpolated in plan->guess. Its first steps use plan->some_terms terms of each series,
+ * and its last steps all terms. Where Newton's method fails, search_arc_angles is called. */
 INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], arc_angle y[2])
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
@@ -513,9 +513,9 @@ INLINE half_angle convert_y_to_half_x(const kr_kowalewski_arc *arc, const arc_an
     r.cosine = c;
     return r;
 }
-/* N, D and square roots at a point of an arc: g0, g.one and g.two of way * (N - e D) for e0, e1 and
- * e2 (kr_kowalewski_arc), d of D, `minus` of |k D - N|, `plus` of |k D + N|, and h = minus * plus.
- * Square roots that are zero at an end of the arc change sign there. Below, `rate` is dx/dt. */
+/* N, D and square roots at a point of an arc: g0, g.one and g.two are those of way * (N - e D)
+ * (kr_kowalewski_arc) for e0, e1 and e2, d^2 = D, minus^2 = |k D - N|, plus^2 = |k D + N|, and
+ * h = minus * plus. Roots that are zero at an end of the arc change sign there. `rate` is dx/dt. */
 typedef struct arc_point {
     dual N, D, d, g0, h, minus, plus;
     pair g;
@@ -594,15 +594,15 @@ INLINE dual find_second_difference(const kr_kowalewski_plan *plan, dual f0, dual
     return dual_scale(plan->one_product, dual_sub(dual_sub(f0, dual_scale(0.5, sum)),
                                                   dual_scale(plan->middle, first)));
 }
-/* A factor F in Koetter's formulas, which is A or B, and not F(w). `F` and `square` hold F and F^2
- * at e1 and e2, `F0` holds F at e0, and `slope` is (F(e1)^2 - F(e2)^2)/(e1 - e2). */
+/* The values F0, F1 and F2, at e0, e1 and e2, of Koetter's constant A or B, here called F (not
+ * F(w)): `F` holds F1 and F2, `square` their squares, and slope = (F1^2 - F2^2)/(e1 - e2). */
 typedef struct koetter_terms {
     pair F, square;
     double F0, slope;
 } koetter_terms;
-/* Products in Koetter's formulas, with the signs and symbols of evaluate_koetter_formulas. With
- * i = 1 or 2 and j = 3 - i, the pairs are G = g_i g_i', U = g_i^2, W = g_i'^2, X = g_i g_j' and
- * Y = g_i' g_j. G0 and V0 are the values of G and V at e0. At e1 and e2, V = x X - y Y. */
+/* Products in Koetter's formulas (symbols: evaluate_koetter_formulas). At e_i, with i = 1 or 2 and
+ * j = 3 - i, G = s_i g_i g_i', U = g_i^2, W = g_i'^2, X = s_j g_i g_j', Y = s_j g_i' g_j, and
+ * V = x X - y Y, where x = s_0 s_3 h d' g_0' and y = s_0 s_4 h' d g_0. G0, V0: G and V at e0. */
 typedef struct koetter_products {
     pair G, U, W, X, Y;
     dual G0, V0, x, y, Dl;
@@ -623,8 +623,8 @@ INLINE dual find_difference_of_FG(const kr_kowalewski_plan *plan, int complex,
                                   find_divided_difference(plan, complex, f, square, terms),
                                   pair_sum(complex, f));
 }
-/* Returns the divided difference (F V)[e0, e1, e2], with V = x X - y Y of koetter_products. Writes
- * |x (F X)[e1, e2]| + |y (F Y)[e1, e2]|, the magnitude of terms that may cancel, to `size`. */
+/* Returns the divided difference (F V)[e0, e1, e2], with F of koetter_terms (not F(w)) and V of
+ * koetter_products, and sets `size` to |x (F X)[e1, e2]| + |y (F Y)[e1, e2]|. */
 INLINE dual find_difference_of_FV(const kr_kowalewski_plan *plan, int complex,
                                   const koetter_terms *t, const koetter_products *k, wide *size)
 {
@@ -649,10 +649,10 @@ INLINE dual find_w_difference_numerator(const arc_point *one, const arc_point *t
     return dual_add(dual_mul(dual_mul(one->g0, one->g0), two->D),
                     dual_mul(dual_mul(two->g0, two->g0), one->D));
 }
-/* Returns p, q, r and g3 by Koetter's formulas (Acta Math. 17 (1893) 209). N, D, d, h and g are
- * members of `one`, a point of the first arc, and with a prime of `two`, a point of the second arc.
- * For the root e_i of phi, g_i is g0, g.one or g.two. A and B are Koetter's constants (plan), f[]
- * is the divided difference f[e0, e1, e2], and s = plan->sign.
+/* Returns p, q, r and g3 by Koetter's formulas (Acta Math. 17 (1893) 209). N, D, d, h and g (of
+ * arc_point) belong to the point `one` of the first arc, and N', D', d', h' and g' to the point
+ * `two` of the second. For the root e_i of phi, g_i is g0, g.one or g.two. A and B are Koetter's
+ * constants (plan), f[] is the divided difference f[e0, e1, e2], and s = plan->sign.
  *     a = (A G)[],  p = -(B G)[]/a,  q = -d d'/a,  G_i = s_i g_i g_i',
  *     r = sqrt2 (A V)[]/(a Dl),  g3 = sqrt2 (B V)[]/(a Dl),  Dl = N D' - N' D,
  *     V_i = s_j s_n (s_3 h d' g_i g_j' g_n' - s_4 h' d g_i' g_j g_n)  for different i, j and n. */
@@ -734,7 +734,7 @@ INLINE heading_vector find_vector_C(const body_state *b, wide S, wide S_terms)
 /* Returns the horizontal part of the vector B, which replaces C where C is nearly vertical:
  *     B = S (-r g2, r g1 - 2 p g3, 2 p g2) + q (-2 (g2^2 + 2 p (p g1 + q g2)), 2 (g1 g2 - q l),
  *         -r (l + 2 p g1)),   S = Re z.
- * The heading of B is psi minus the sum over both w of the arguments of l (k^2 - w^2) + i F(w).
+ * The heading of B is psi minus the arguments of l (k^2 - w^2) + i F(w) for w = w1 and w = w2.
  * `S_terms` is the sum of the magnitudes of the terms of S, and `a` is koetter_state.a. */
 INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
                                     const body_state *b, wide S, wide S_terms, const arc_point *one,
@@ -761,9 +761,9 @@ INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
     return v;
 }
 /* Returns the horizontal part of C' + (p, q, r) x C, the time derivative of C in the space frame.
- * It replaces C where C and B (find_vector_B) are nearly vertical. Let rho exp(i psi) be the
- * horizontal part of C as a complex number. Then (rho' + i rho psi') exp(i psi) is its derivative.
- * With a of koetter_state, rho^2 = K1 K2/a^4, where K = N^2 + c D^2 on each arc. */
+ * This vector replaces C where C and B (find_vector_B) are nearly vertical. As complex numbers, the
+ * horizontal part of C is rho exp(i psi), and the result is (rho' + i rho psi') exp(i psi). With a
+ * of koetter_state, rho^2 = K1 K2/a^4, where K = N^2 + c D^2 on each arc. */
 INLINE heading_vector find_derivative_of_C(const kr_kowalewski_plan *plan, const koetter_state *s,
                                            const body_state *b, wide S, const arc_point *one,
                                            const arc_point *two, const half_angle x[2],
@@ -843,8 +843,8 @@ INLINE frame_state evaluate_frame(const kr_kowalewski_plan *plan, int complex, i
     if (with_rates)
         R = wide_choose(mask_and(is_lost, wide_less(wide_splat(0.3), wide_abs(Q))), 2.0 * s.p.d / Q,
                         R);
-    /* xi = (p + iq)^2 + g1 + i g2 has the absolute value k and the argument of (z/Z)^2. Up to a
-     * positive factor, Z = Z1 + i Z2, Z1^2 = (w1 + k)(-k - w2), Z2^2 = (k - w1)(k - w2). */
+    /* xi = (p + iq)^2 + g1 + i g2 has the absolute value k and the argument of (z/Z)^2, where Z =
+     * Z1 + i Z2 up to a positive factor, Z1^2 = (w1 + k)(-k - w2) and Z2^2 = (k - w1)(k - w2). */
     const wide S = with_rates ? -2.0 * s.q.d : g3 + P * s.r.v; /* Re z */
     const wide Z1 = one.plus.v * two.plus.v, Z2 = plan->sign[5] * one.minus.v * two.minus.v;
     const wide Z_re = (Z1 - Z2) * (Z1 + Z2), Z_im = 2.0 * Z1 * Z2, z_re = S, z_im = R * Q,
