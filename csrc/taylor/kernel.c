@@ -61,8 +61,8 @@ TAIL(30)
 const kr_tail KR_NAME(kr_tail)[KR_DEPTHS] = {{expand_20, sum_20}, {expand_30, sum_30}};
 
 /* Adds the product of the power series with the coefficients a and b to c, for c[0] to c[N], where
- * N + 1 is the least multiple of eight that exceeds `order` (method.h). Seven zeros precede b[0],
- * and zeros follow the last coefficients of a and b, up to a[N] and b[N]. The products with even
+ * N + 1 is the least multiple of eight that exceeds `order`. Seven zeros must precede b[0], and
+ * zeros must follow the last coefficients of a and b, up to a[N] and b[N]. The products with even
  * and with odd coefficients of `a` are summed in two parallel chains. */
 void KR_NAME(kr_product)(const double *a, const double *b, int order, double *c)
 {

@@ -51,7 +51,7 @@ static const kr_support_ops *find_support_ops(const kr_motion *motion)
 /* Returns `rate` for the initial angular velocity W: a power of two that exceeds bounds on |W| and
  * on the rates of damping, rotor, support and (if `is_held` is 0) friction. The bound on |W|^2 is
  * ((initial kinetic energy) + 2 |lever|) * 2 / (least moment of inertia), because the potential
- * energy changes by at most 2 |lever|, and damping does not increase the energy. */
+ * energy <lever, P> changes by at most 2 |lever|, and damping does not increase the energy. */
 static double choose_series_rate(const kr_motion *motion, kr_vec3 W, int is_held)
 {
     const kr_support_ops *supports = find_support_ops(motion);
@@ -65,22 +65,22 @@ static double choose_series_rate(const kr_motion *motion, kr_vec3 W, int is_held
     frexp(supports ? fmax(own, supports->rate(motion, W, is_held)) : own, &exponent);
     return ldexp(1.0, exponent);
 }
-/* Returns the attitude q, given the values x of (q | P). If skip_heading (kreisel.h) is set,
- * returns the inverse of q_tilt(P) (math/su2.h), which rotates P to e3. For the normalization of P,
- * two terms of the series for 1 / |P| suffice, because |P| is close to 1. */
-static kr_quat series_attitude(const kr_motion *motion, const double x[8])
+/* Returns the attitude q, given (q | P). If skip_heading (kreisel.h) is set, q is unknown. The
+ * result is then a rotation of P to e3, the inverse of q_tilt(P) (math/su2.h). To normalize P, two
+ * terms of the series for 1 / |P| suffice, because |P| is close to 1. */
+static kr_quat series_attitude(const kr_motion *motion, const double q_P[8])
 {
-    const kr_vec3 P = v3(x[5], x[6], x[7]);
+    const kr_vec3 P = v3(q_P[5], q_P[6], q_P[7]);
     return motion->skip_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
-                                : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
+                                : q_unit(q4(q_P[0], v3(q_P[1], q_P[2], q_P[3])));
 }
 /* Converts the values x of (q | P) and w of W to a state in double precision. */
 static void read_plain_state(const kr_taylor *p, const kr_motion *motion, const double x[8],
-                             const double w[4], kr_state *s)
+                             const double w[4], kr_state *to)
 {
     const kr_vec3 M = v_times(motion->inertia, v_scale(p->rate, v3(w[1], w[2], w[3])));
-    s->q = series_attitude(motion, x);
-    s->m = q_turn(s->q, motion_add_rotor(motion, M));
+    to->q = series_attitude(motion, x);
+    to->m = q_turn(to->q, motion_add_rotor(motion, M));
 }
 /* Converts the values at_x and at_w of the series to a state in double-double precision. Stores the
  * high words of the state in `to`, and its low words in motion->low. */

@@ -137,8 +137,8 @@ INLINE quad quad_zxy(quad a)
 /* A `duo` is a pair of quaternions. duo_permute_i applies quad_permute_i to both quaternions, and
  * so on. duo_first and duo_second return one quaternion of the pair. duo_yzx_zxy(a) is the pair of
  * quad_yzx(a) and quad_zxy(a), and duo_zxy_yzx(a) is this pair in reverse order. duo_splat_lane_of
- * returns w[lane] in all SIMD lanes, where `lane` is 1, 2 or 3. `permuted` must be duo_yzx_zxy(a)
- * for the quad `a` stored at w. Hardware vectors of eight lanes copy the number from `permuted`,
+ * returns w[lane] in all SIMD lanes, where `lane` is 1, 2 or 3. `permuted_w` must be duo_yzx_zxy(a)
+ * for the quad `a` stored at w. Hardware vectors of eight lanes copy the number from `permuted_w`,
  * because a load of w[lane] from memory would be slower. */
 #if defined KR_AVX512 && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
@@ -150,12 +150,12 @@ INLINE duo duo_yzx_zxy(quad a) { return duo_lanes(a, 0, 2, 3, 1, 0, 3, 1, 2); }
 INLINE duo duo_zxy_yzx(quad a) { return duo_lanes(a, 0, 3, 1, 2, 0, 2, 3, 1); }
 INLINE quad duo_first(duo a) { return duo_lanes(a, 0, 1, 2, 3); }
 INLINE quad duo_second(duo a) { return duo_lanes(a, 4, 5, 6, 7); }
-INLINE duo duo_splat_lane_of(duo permuted, const double *w, int lane)
+INLINE duo duo_splat_lane_of(duo permuted_w, const double *w, int lane)
 {
     (void)w;
-    if (lane == 1) return duo_lanes(permuted, 3, 3, 3, 3, 3, 3, 3, 3);
-    return lane == 2 ? duo_lanes(permuted, 1, 1, 1, 1, 1, 1, 1, 1)
-                     : duo_lanes(permuted, 2, 2, 2, 2, 2, 2, 2, 2);
+    if (lane == 1) return duo_lanes(permuted_w, 3, 3, 3, 3, 3, 3, 3, 3);
+    return lane == 2 ? duo_lanes(permuted_w, 1, 1, 1, 1, 1, 1, 1, 1)
+                     : duo_lanes(permuted_w, 2, 2, 2, 2, 2, 2, 2, 2);
 }
 #else
 PAIRED(duo, quad, 8)
@@ -166,9 +166,9 @@ INLINE duo duo_yzx_zxy(quad a) { return duo_of(quad_yzx(a), quad_zxy(a)); }
 INLINE duo duo_zxy_yzx(quad a) { return duo_of(quad_zxy(a), quad_yzx(a)); }
 INLINE quad duo_first(duo a) { return a.lo; }
 INLINE quad duo_second(duo a) { return a.hi; }
-INLINE duo duo_splat_lane_of(duo permuted, const double *w, int lane)
+INLINE duo duo_splat_lane_of(duo permuted_w, const double *w, int lane)
 {
-    (void)permuted;
+    (void)permuted_w;
     return duo_splat(w[lane]);
 }
 #endif

@@ -112,9 +112,9 @@ INLINE duo2 duo2_splat_lane(const double *w, int lane)
 {
     return duo2_of(duo_splat_lane(w, lane), duo_splat_lane(low_words(w), lane));
 }
-INLINE duo2 duo2_splat_lane_of(duo2 permuted, const double *w, int lane)
+INLINE duo2 duo2_splat_lane_of(duo2 permuted_w, const double *w, int lane)
 {
-    (void)permuted;
+    (void)permuted_w;
     return duo2_splat_lane(w, lane);
 }
 INLINE void copy_both_words(double *to, const double *from)

@@ -14,10 +14,10 @@
  * All vectors are in the body frame. O is the angular velocity of the support, U is the angular
  * velocity of the body relative to the support, and `apex` is the unit vector to the center of
  * mass. c is mass * g0 * (center of mass), where g0 is gravity or, if larger, the amplitude of the
- * support's acceleration. G = g / g0, with g of kreisel.h, is a constant plus a cosine. In another
- * kr_series `own`, own->w[n] is U_n, and all lanes of own->x[n] are G_n. With friction, lane 0 of W
- * is the friction variable: while the top slides, the spin <U, apex>; while friction holds the top
- * (keeps the spin zero), the torque of friction divided by its maximum. */
+ * support's acceleration. G, the effective gravity (g in kreisel.h) divided by g0, is a constant
+ * plus a cosine. In another kr_series `own`, own->w[n] is U_n, and all lanes of own->x[n] are G_n.
+ * With friction, lane 0 of W is the friction variable: while the top slides, the spin <U, apex>;
+ * while friction holds the top (spin zero), the torque of friction divided by its maximum. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
@@ -29,9 +29,9 @@ static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
 /* Flags of the terms in the equations. The argument `terms` of a function is a sum of flags. WHOLE
- * is no flag. With HEADLESS, q is not computed, and its SIMD lanes remain zero. DAMPED adds the
- * term - D W of taylor.h. SUPPORT selects the equations above, with damping and friction. In these
- * equations, O is 0 without TURNS, G is 1 without SHAKES, and K is 0 without GRADIENT. */
+ * is the sum of no flags. With HEADLESS, q is not computed, and its lanes remain zero. DAMPED adds
+ * the term - D W of taylor.h. SUPPORT selects the equations above, with damping and friction. In
+ * these equations, O is 0 without TURNS, G is 1 without SHAKES, and K is 0 without GRADIENT. */
 enum {
     WHOLE = 0,
     HEADLESS = 1,
@@ -82,9 +82,9 @@ INLINE void add_rotor_terms(const kr_series *s, turned_vector *w0)
 {
     w0->behind = duo_add(w0->behind, duo_load(s->shift));
 }
-/* Returns the term of series_sums.cross with m = j, where `w` is turned[j].w: half of the duo
- * (next(W_j) * prev(W_j) | prev(W_j) * next(W_j)), because its halves are equal. If j is 0, adds
- * the constants of the rotor in w.behind a second time, to compensate the factor 1/2. */
+/* Returns the term of series_sums.cross with m = j, where `w` is turned[j].w. Both halves of
+ * w.ahead * w.behind are next(W_j) * prev(W_j), so each is multiplied by 1/2. If j is 0, w.behind
+ * also contains the constants of the rotor, which are added once more, so as not to halve them. */
 INLINE duo find_middle_cross_term(const kr_series *s, turned_vector w, int j)
 {
     if (j == 0) add_rotor_terms(s, &w);
@@ -201,9 +201,9 @@ INLINE void set_friction_variable(kr_series *s, kr_series *scratch, int n, quad 
     quad_store(scratch->end_w, number);
     copy_number(s->w[n], scratch->end_w);
 }
-/* Returns W_{n+1} with the friction torque that keeps the spin <U, apex> constant, given `w`, which
- * is W_{n+1} without friction, and `o`, which is O_{n+1}. Stores the n-th coefficient of the
- * friction torque, divided by its maximum, in lane 0 of W_n. Overwrites own->end_w. */
+/* Returns W_{n+1} with the friction torque that keeps the spin <U, apex> constant. `w` is W_{n+1}
+ * without friction, and `o` is O_{n+1}. Stores the n-th coefficient of the friction torque, divided
+ * by the maximum of this torque, in lane 0 of W_n. Overwrites own->end_w. */
 INLINE quad add_holding_torque(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
@@ -297,7 +297,7 @@ INLINE void set_next_coefficients(kr_series *s, kr_series *own, turned_term *tur
 }
 
 /* Returns log2(x), much faster than libm, for a normal number x > 0, and about -1023 for x = 0. The
- * error, less than 0.05, hardly affects a step size, because it is divided by the order. */
+ * error is less than 0.05. Step sizes depend on log2(x) / order, so the error hardly matters. */
 INLINE double approx_log2(double x)
 {
     int64_t bits;

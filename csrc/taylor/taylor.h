@@ -39,8 +39,8 @@ enum { KR_TAYLOR_MAX = KR_LAST_30 };
  * the struct is aligned to 64 bytes. At 20 and 30 digits, two adjacent structs hold the high and
  * the low words of the double-double numbers. A vector of eight lanes, (q | P), holds the attitude
  * q and the pure quaternion P. With hardware vectors of eight lanes, P takes no extra time, because
- * the products q i and P x i permute the components in the same way up to signs and zeros, and so
- * on for j and k. If skip_heading (kreisel.h) is set, q is not computed, and its lanes are zero. */
+ * the products q i and P x i permute the components in the same way up to signs and zeros, as do
+ * q j and P x j, q k and P x k. If skip_heading (kreisel.h) is set, q is not computed, but zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
     double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */
@@ -198,8 +198,8 @@ struct slow_directions;
  * `supports` is NULL without friction, moving support and gravity gradient. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate,
                              const struct kr_support_ops *supports);
-/* Changes the unit of time of the series to 1 / rate, where `rate` is a power of two. Converts the
- * end of the last step, but not its Taylor coefficients. Does nothing if there are tangents. */
+/* Changes the unit of time of a series to 1 / rate, where `rate` is a power of two. Converts the
+ * end of the last step, but not the Taylor coefficients. Does nothing if there are tangents. */
 void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate,
                         const struct kr_support_ops *supports);
 /* Returns the i-th instruction set of the build, the widest first, or NULL after the last. */
