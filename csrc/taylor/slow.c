@@ -22,9 +22,9 @@
 #include "slow.h"
 #include "support_setup.h"
 
-/* First rows of the table of Taylor coefficients in slow_terms.h: of q, P, the friction variable
- * (series.h), W, U, O, G, G P, and the u_i while friction holds the top. The first ROWS_OF_SERIES
- * rows contain kr_series.x and kr_series.w. The others are for friction and moving supports. */
+/* Index of the first row of each quantity in the table of Taylor coefficients (slow_terms.h): q, P,
+ * the friction variable (series.h), W, U, O, G, G P, and the u_i while friction holds the top. Rows
+ * below ROWS_OF_SERIES are copied to kr_series.x and kr_series.w. */
 enum {
     ROW_Q = 0,
     ROW_P = 5,
@@ -39,17 +39,17 @@ enum {
     ROWS = 24,
     SWEEPS = 64
 };
-/* First rows of U (U_OF), of the u_i (U_ROW) and of G P (GP_OF). Equal quantities share rows:
- * u_i = U_i unless friction holds the top, U = W unless the support rotates, G P = P unless it
- * shakes. */
+/* Index of the first row of U (U_OF), of the u_i (U_ROW) and of G P (GP_OF). Equal quantities share
+ * rows: u_i = U_i unless friction holds the top, U = W unless the support rotates, and G P = P
+ * unless the support shakes. */
 #define U_OF(slow) ((slow)->turns ? ROW_U : ROW_W)
 #define U_ROW(slow) ((slow)->is_held ? ROW_R : U_OF(slow))
 #define GP_OF(slow) ((slow)->shakes ? ROW_GP : ROW_P)
 /* Angular velocities below TINY_VELOCITY, in the units of the series, are treated as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
-/* The velocity by which errors are divided (find_error_scale) is at least NEGLIGIBLE times the
- * largest angular velocity, and ROUNDED times velocities whose rounding errors affect u_i. */
+/* The velocity that multiplies the relative tolerance (find_error_scale) is at least NEGLIGIBLE
+ * times the largest angular velocity, and ROUNDED times velocities whose rounding affects u_i. */
 #define NEGLIGIBLE 0x1p-64
 #define ROUNDED 0.25
 /* Rounding error of the difference between two doubles, relative to the larger of them. */
@@ -112,9 +112,9 @@ static void bound_damped_velocities(const kr_taylor *p, const slow_directions *s
             bound[i] += slow->is_slow[i] ? fabs(slow->gain[i][k]) * alone : 0.0;
     }
 }
-/* Writes `bound` (bound_damped_velocities). Returns the velocity, in the units of the series, by
- * which the relative tolerance is multiplied: the smallest positive bound[i], or the largest
- * component of W if none is positive, but not less than NEGLIGIBLE, ROUNDED, TINY_VELOCITY say. */
+/* Writes `bound` (bound_damped_velocities). Returns the velocity, in the units of the series, that
+ * multiplies the relative tolerance: the smallest positive bound[i] or, without one, the largest
+ * component of W; but at least the limits by NEGLIGIBLE, ROUNDED and TINY_VELOCITY. */
 static double find_error_scale(const kr_taylor *p, const slow_directions *slow, double bound[3])
 {
     const kr_series *s = p->series;
@@ -131,9 +131,9 @@ static double find_error_scale(const kr_taylor *p, const slow_directions *slow, 
     least = fmax(fmin(fmax(least, NEGLIGIBLE * most), most), ROUNDED * rounded);
     return fmax(least, TINY_VELOCITY);
 }
-/* Returns the velocity to which distances from the slow manifold are relative, given
- * find_error_scale of its directions. If `strong` is not NULL, it marks more directions, and errors
- * of earlier steps are proportional to its error scale. In this case, returns the larger scale. */
+/* Returns the velocity that divides distances from the slow manifold: `error_scale`, the result of
+ * find_error_scale for the strongly damped directions. If `strong` is not NULL, it marks a larger
+ * set; returns the maximum for both sets, because errors of earlier steps depend on `strong`. */
 static double find_distance_scale(const kr_taylor *p, double error_scale,
                                   const slow_directions *strong)
 {
@@ -198,10 +198,10 @@ static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions 
     return p->log2_tol + log2(find_error_scale(p, slow, bound));
 }
 
-/* Ends the step where the last Taylor terms are 2^log2_tol, but not after order / 6 times the time
- * 1 / slow->fall, and evaluates the series there. With more than 16 digits, the terms after the
- * index `head` are evaluated in double precision. The step is then so short that these terms are at
- * most 2^(log2_tol + 52). */
+/* Ends the step where the last Taylor terms are 2^log2_tol, and evaluates the series there. The
+ * step size is at most (order / 6) / slow->fall in internal units. With more than 16 digits, the
+ * terms after the index `head` are evaluated in double precision. The step is then so short that
+ * these terms are at most 2^(log2_tol + 52). */
 static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                                   const slow_directions *slow, double log2_tol)
 {
@@ -222,8 +222,8 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
 }
 /* Returns 1 if an expansion on the slow manifold is worth trying. The estimated distance of each
  * strongly damped u_i from the manifold (|u_i'| / d_i without a rotor) must be at most the largest
- * of bound[i] / 4 (find_error_scale), `near` times find_distance_scale, the rounding error of u_i
- * and, if `is_settled` is 1, a quarter of the estimated |u_i| on the manifold. */
+ * of `near` times find_distance_scale, the rounding error of u_i, a quarter of its bound
+ * (bound_damped_velocities) and, if `is_settled` is 1, a quarter of |u_i| on the manifold. */
 static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
                                 const slow_directions *strong, double near, int is_settled)
 {
@@ -331,11 +331,11 @@ static int find_damping_directions(const kr_motion *motion, double undamped,
     return 1;
 }
 /* Returns log2 of the absolute tolerance for steps of a strongly damped motion that are not on a
- * slow manifold: the tolerance of the motion times its angular velocity in the units of the series,
- * which is about `undamped` / p->rate. `undamped` bounds the rate of the undamped top. */
-static double log2_transient_tolerance(const kr_taylor *p, double undamped)
+ * slow manifold: the relative tolerance times the angular velocity of the top in the units of the
+ * series, about undamped_rate / p->rate (bound_undamped_rate). */
+static double log2_transient_tolerance(const kr_taylor *p, double undamped_rate)
 {
-    return p->log2_tol + log2(fmax(fmin(undamped / p->rate, 1.0), NEGLIGIBLE));
+    return p->log2_tol + log2(fmax(fmin(undamped_rate / p->rate, 1.0), NEGLIGIBLE));
 }
 int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, const kr_support_ops *supports,
                  double *log2_tol)
@@ -389,8 +389,8 @@ int kr_slow_is_possible(const kr_motion *motion, double until)
 #define CERTAIN 0.98
 /* Let tau be the time counted backward, U the angular velocity relative to the support, A the
  * moments of inertia, `most` the largest of them, and y^2 = <U, A U>. Damping increases y: dy/dtau
- * >= `growth` * y - `loss`, where `loss` bounds the effect of all other torques. The function tests
- * whether the integral of the resulting lower bound on |U| >= y / sqrt(most) exceeds 2^53. */
+ * >= `growth` * y - `loss`, where `loss` bounds the effect of all other torques. As |U| is at least
+ * y / sqrt(most), this bounds the integral of |U| from below. Tests if the bound exceeds 2^53. */
 int kr_slow_drives_apart(const kr_motion *motion, double until)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -407,8 +407,8 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
 }
 /* Backward in time, damping makes the magnitude L of the angular momentum grow. If the damping D is
  * the same about all axes and no other torque acts, the relative growth rate D <W, A W> / L^2 does
- * not decrease backward in time. Small additional torques hardly change it. Hence the angular
- * velocity will exceed `limit` if exponential growth at the initial rate would exceed it. */
+ * not decrease backward in time. Small additional torques hardly change this rate. Hence L grows at
+ * least exponentially, with the initial rate. The function tests if |W| then exceeds `limit`. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until)
 {
     const kr_taylor *p = taylor_of(motion);

@@ -130,8 +130,8 @@ static void set_velocity_per_torque(slow_directions *slow)
         }
     invert_matrix(m, slow->gain);
 }
-/* Returns the largest rate at which a rotor changes a weakly damped u_i, where c is slow->couple:
- * sqrt|c_ik c_ki| if u_k is weakly damped, too, and |c_ik c_ki| / d_k if u_k is strongly damped. */
+/* Returns the largest rate at which a rotor changes a weakly damped u_i. With C = slow->couple, it
+ * is sqrt|C_ik C_ki| if u_k is also weakly damped, and |C_ik C_ki| / d_k if strongly damped. */
 static double bound_rotor_rate(const slow_directions *slow)
 {
     double most = 0.0;
@@ -144,7 +144,7 @@ static double bound_rotor_rate(const slow_directions *slow)
 }
 /* Marks all directions as strongly damped, except for the `weak_count` ones with the weakest
  * damping. Sets slow->fall and slow->rate, given bounds on undamped rates and on torques. Returns
- * 1, and sets slow->gain, if damping about the marked directions is strong (STRONG). */
+ * 1, and sets slow->gain, if damping about the marked directions is strong (STRONG), else 0. */
 static int mark_strong_directions(slow_directions *slow, int weak_count, double undamped_rate,
                                   double most_torque)
 {

@@ -219,7 +219,7 @@ static void REAL(begin_expansion)(REAL(terms) * s, const slow_directions *slow,
     if (slow->shakes) REAL(expand_gravity)(s, from);
 }
 /* Sets the coefficients, of orders 0 to `order`, of the friction variable of a sliding top: the
- * spin <U, a>. They must be zero before. The rows of U begin at `u_row`. */
+ * spin <U, a>. These coefficients must be zero before the call. The rows of U begin at `u_row`. */
 static void REAL(expand_spin)(REAL(terms) * s, int u_row, int order, const kr_series from[2])
 {
     for (int n = 0; n <= order; n++)
@@ -258,8 +258,8 @@ static void REAL(write_coefficients)(const REAL(terms) * s, int order, kr_series
 /* Returns 1 if the motion at the end of the last step, whose series is `from`, is on the manifold:
  * each strongly damped u_i differs from its value on the manifold, the coefficient of order 0 in
  * s->c, by at most `near` times the larger of bound[i] (bound_damped_velocities) and `scale`.
- * Otherwise returns 0, and writes to `wait` the estimated time to reach it, in the units of the
- * series. */
+ * Otherwise returns 0, and writes to `wait` the estimated time to reach the manifold, in the units
+ * of the series. */
 static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
                                 const slow_directions *slow, const double bound[3], double scale,
                                 double near, double *wait)
@@ -277,11 +277,10 @@ static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
 }
 /* Expands the motion on the slow manifold about the end of the last step, and writes the
  * coefficients to p->series. The iteration ends when update_coefficients returns at most `noise`
- * times the largest bound on a strongly damped u_i (bound_damped_velocities). The permitted
- * distance from the manifold is `near` times find_distance_scale. `friction` is the maximum
- * friction torque while friction holds the top. Returns 0, with p unchanged, if the iteration does
- * not converge or the motion is not on the manifold. `wait` is then the estimated time to reach it,
- * in the units of the series. */
+ * times the largest bound on a strongly damped u_i (bound_damped_velocities). is_on_manifold then
+ * tests the motion, with `near`. `friction` is the maximum friction torque while friction holds the
+ * top. Returns 0, with p unchanged, if the iteration does not converge or the motion is not on the
+ * manifold. `wait` is then the estimated time to reach the manifold, in the units of the series. */
 static int REAL(expand_on_manifold)(kr_taylor *p, const slow_directions *slow,
                                     const slow_directions *strong, int order, double near,
                                     double noise, double friction, double *wait)

@@ -151,10 +151,8 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, doub
     }
     if (p->is_held) REAL(read_path_coefficients)(p, path, order, rotor);
 }
-/* Subtracts k P x b from `push_loss`, where b is g->pull. With `scale` from
- * set_acceleration_coefficients, the time t since the beginning of the series, and the cosine and
- * sine of the phase of the shaking,
- *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine */
+/* Subtracts k P x b from `push_loss`, where b is g->pull, and k is a function of time with the
+ * constants `scale` (set_acceleration_coefficients). */
 static void REAL(add_weight_derivative)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                         const kr_tangent *g, const dd scale[4], int order)
 {
@@ -196,8 +194,8 @@ static void REAL(add_gradient_derivative)(const REAL(moving_path) * p, REAL(movi
         d->push_loss[n] = VEC(sub)(d->push_loss[n], REAL(cross)(p->vertical, change, n));
     }
 }
-/* Sets turn_loss, push_loss and apex of the tangent d, given the derivatives in `g` of the
- * constants by the parameter of the tangent (tangents.h). */
+/* Sets turn_loss, push_loss and apex of the tangent d. The struct `g` (tangents.h) contains the
+ * derivatives of the constants of the motion by the parameter of the tangent. */
 static void REAL(set_parameter_terms)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                       const kr_motion *motion, double rate, const kr_series path[2],
                                       const kr_tangent *g, int order)

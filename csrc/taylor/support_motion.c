@@ -10,22 +10,22 @@
 #include "slow.h"
 #include "support_setup.h"
 
-/* A spin below this threshold, in the units of the series, counts as zero, and so does an excess of
- * the friction torque over its maximum, divided by the maximum. NEGLIGIBLE_SPIN_DEEP is the
- * threshold for the initial spin with more than 16 digits. */
+/* A spin below NEGLIGIBLE_SPIN, in the units of the series, counts as zero. Friction still holds
+ * the top if the friction torque exceeds its maximum by a factor below 1 + NEGLIGIBLE_SPIN. For the
+ * initial spin with more than 16 digits, the threshold is NEGLIGIBLE_SPIN_DEEP. */
 #define NEGLIGIBLE_SPIN 0x1p-48
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
 /* Rounding error of the initial spin, given in doubles, divided by the largest term of <U, a>. */
 #define ROUNDED_SPIN 0x1p-44
 /* is_sliding_impossible neglects a spin acceleration against the direction of sliding that is below
- * this threshold, in the units of the series, times 1 + (largest damping rate). Rounding errors are
- * far smaller. The spin stays negligible until a neglected acceleration changes its sign. */
+ * this threshold, in the units of the series, times 1 + (largest damping rate). Rounding errors of
+ * the spin acceleration are far smaller. */
 #define OPPOSED_ACCELERATION 0x1p-32
 /* Width of the intervals at which bisection stops, as a fraction of the step. */
 #define NARROW_PART 0x1p-30
-/* Newton's method (refine_friction_crossing) stops after at most NEWTON_MOST corrections. It stops
- * earlier before a correction above FARTHEST_PART times the step size or, after more than
- * NEWTON_LEAST corrections, after a correction below CONVERGED_PART times the step size. */
+/* Newton's method (refine_friction_crossing) makes at most NEWTON_MOST corrections. It ends before
+ * a correction above FARTHEST_PART times the step size. A correction below CONVERGED_PART times the
+ * step size is the last one, unless it is among the first NEWTON_LEAST. */
 #define FARTHEST_PART 0x1p-20
 #define CONVERGED_PART 0x1p-50
 #define NEWTON_LEAST 3
@@ -197,8 +197,8 @@ static int is_sliding_impossible(const kr_taylor *p, const kr_motion *motion)
 /* Sets p->sliding and p->before_hold at the end of a step in which the friction variable has
  * reached `value`: 0 if friction has stopped the top, and 1 or -1 if friction can no longer hold
  * it. If the tolerance is large, the spin may accelerate opposite to the chosen direction of
- * sliding. Friction then holds the top, because the next step would have length zero. This is not
- * tested on the slow manifold (`is_slow`), where the acceleration is inaccurate. */
+ * sliding. Then p->sliding becomes 0 (friction holds the top), because the next step would have
+ * length zero. On the slow manifold (`is_slow`), the acceleration is too inaccurate for this. */
 static void update_friction_mode(kr_taylor *p, const kr_motion *motion, int order, double value,
                                  int is_slow)
 {

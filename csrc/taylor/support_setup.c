@@ -133,7 +133,7 @@ static dd reduce_angle(dd angle)
     for (int i = 0; i < 2; i++) rest = dd_sub(rest, dd_times(rint(rest.hi / turn.hi), turn));
     return rest;
 }
-/* Writes the cosine and sine of the phase of the shaking, rate * t + phase (kr_shaking), in double
+/* Writes the cosine and sine of the angle rate * t + phase of the shaking (kr_shaking), in double
  * precision, with low words zero. `since` is the time since scene->start.t, in the user's unit. */
 static void find_shaking_phase(const kr_scene *scene, double since, dd *cosine, dd *sine)
 {

@@ -13,8 +13,8 @@ static inline int kr_support_moves(const kr_scene *scene)
 {
     return scene && kr_scene_needs_support_terms(scene);
 }
-/* Returns an upper bound, in internal units, on the rates of the support, of a top with the angular
- * velocity W and, unless `is_held` is nonzero, of friction. Shaking may raise the rates. */
+/* Returns an approximate upper bound, in internal units, on the rates of the support, the angular
+ * speed that the top can reach from W and, if `is_held` is 0, sqrt(friction torque / inertia). */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
 /* Sets the constants in `s` that describe the support and the friction. Returns the lever arm c of
  * the equations in series.h, in internal units. */
@@ -25,7 +25,7 @@ vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway);
 /* Writes the cosine and sine of the phase of the shaking at the time `end` + `low` of a series. */
 void kr_support_phase(const kr_motion *motion, double rate, double end, double low, dd *cosine,
                       dd *sine);
-/* Sets the values of s->turn, s->sway[0] and s->sway[1] (kr_series in taylor.h) at the end of the
+/* Sets s->turn, s->sway[0] and s->sway[1] (kr_series in taylor.h) to the values at the end of the
  * last step, where the next step begins. */
 void kr_support_place(kr_series s[2], const kr_motion *motion, double rate);
 /* Lowers s->fall, which limits the step size (taylor.h), so that the support motion is resolved. */
@@ -47,9 +47,9 @@ static inline double kr_support_friction(const kr_motion *motion, double rate)
  * the series `path` of the top. The coefficients of order 0 are given. */
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 struct kr_tangent *first, size_t n, int order);
-/* Changes n single tangents because the friction torque jumps at the end of the last step, whose
- * series is `ended`: subtracts factor * (derivative of the spin) * apex from each momentum change N
- * (tangents.h), unless the derivative is zero. kr_support_ops.jumps writes `factor`. */
+/* Changes n single tangents where the friction torque jumps, at the end of the last step, whose
+ * series is `ended`: subtracts factor * (change of the spin) * apex from the momentum change N of
+ * each tangent that changes the spin (tangents.h). `factor` comes from kr_support_ops.jumps. */
 void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
                               struct kr_tangent *first, size_t n, dd factor);
 

@@ -269,8 +269,8 @@ static double truncation_tolerance(const tangent_set *t)
     return rest_over_tolerance * exp2(taylor_of(t->motion)->log2_tol);
 }
 /* Computes the Taylor series of the tangents for one substep, given their values at its beginning.
- * The substep ends before the end of the step if the truncation error would be too large there.
- * Returns the largest truncation error at the end of the substep. */
+ * The substep ends before the end of the step if a truncation error at the end of the step would be
+ * too large. Returns the largest truncation error at the end of the substep. */
 static double expand_substep(const tangent_set *t)
 {
     const double most = truncation_tolerance(t), from = t->first->t;
@@ -303,7 +303,7 @@ static double expand_first_substep(const tangent_set *t)
     c->substep = 1.0;
     return expand_substep(t);
 }
-/* Computes the path in the next substep. Then calls expand_substep, and returns its result. */
+/* Computes the path in the next substep. Then returns the result of expand_substep. */
 static double expand_next_substep(const tangent_set *t)
 {
     const kr_kernel *kernel = t->motion->aux;
@@ -359,8 +359,8 @@ static kr_status advance_tangents(const kr_motion *motion, double *memory, size_
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
-/* Makes the Taylor series in memory those of the substep that contains `time`. To go back to an
- * earlier substep, begins with the first substep again. */
+/* Computes the Taylor series of the substep that contains `time`, if they are not in memory. For a
+ * `time` before the substep in memory, begins again with the first substep. */
 static void expand_substep_at(const tangent_set *t, double time)
 {
     const tangent_work *c = t->work;
@@ -369,9 +369,9 @@ static void expand_substep_at(const tangent_set *t, double time)
     while (c->substep < fmin(c->substeps, MAX_SUBSTEPS) && forward * (time - c->until) > 0.0)
         expand_next_substep(t);
 }
-/* Converts `push` from the body frame and the units of the series to the space frame and internal
- * units. q is the attitude. With up to 16 digits, the rotation is computed in double precision to
- * save time. */
+/* Converts the momentum change `push` from the body frame and the units of the series to the space
+ * frame and internal units. q is the attitude. With up to 16 digits, the rotation is computed in
+ * double precision to save time. */
 static vec_dd rotate_push_to_space(const tangent_set *t, quat_dd q, vec_dd push)
 {
     return vdd_scale_exactly(taylor_of(t->motion)->rate,
