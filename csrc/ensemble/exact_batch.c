@@ -1,5 +1,5 @@
 /* Batched evaluation of the closed-form solutions (kr_exact_form, exact/exact.h) of many tops. The
- * states have the bits of kr_exact_state, but the initial state is returned exactly as given. The
+ * states are bitwise those of kr_exact_state, but the initial state is returned as given. The
  * scalar code (kr_top) repeats a top with an invalid time or state, and reports the error. */
 #include "exact/exact.h"
 #include "slots.h"
@@ -15,8 +15,8 @@ static double bound_horizon_below(const kr_scene *s)
                  swing = sqrt(s->body.mass * fabs(s->gravity) / least * v_length(s->body.com));
     return 0x1p52 / fmax(turning, swing);
 }
-/* Returns 1 if the requested times of top i are monotonic, beginning with its initial time, are
- * below bound_horizon_below in magnitude, and number at most config->max_steps (if this is > 0). */
+/* Returns 1 if the initial time and the requested times of top i are monotonic and in magnitude
+ * below bound_horizon_below, and at most config->max_steps (if > 0) times are requested. */
 static int are_times_valid(const kr_config *config, const kr_tops *tops, size_t i)
 {
     const kr_scene *scene = &tops->scenes[i];

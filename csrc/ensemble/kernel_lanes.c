@@ -16,19 +16,19 @@ INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
     return r;
 }
 /* Advances every lane by one step. Returns the result of kr_lanes_isa.advance (lane_state.h). */
-INLINE unsigned step_lanes(kr_lanes *l, int terms)
+INLINE unsigned step_lanes(kr_lanes *l, int flags)
 {
-    const int headless = terms & KR_LANES_HEADLESS;
+    const int headless = flags & KR_LANES_HEADLESS;
     const wide t = wide_load(l->end);
     wide_store(l->t, t);
     lane_vec_store(l->p[0], lane_vec_load(l->end_p));
     lane_vec_store(l->w[0], lane_vec_load(l->end_w));
     if (!headless) lane_quat_store(l->q, lane_quat_load(l->end_q));
-    expand_lane_series(l, terms);
+    expand_lane_series(l, flags);
     const wide forward = wide_load(l->forward);
     wide end = wide_fma(forward, lane_step_size(l, headless), t);
     lane_point r = end_lane_steps(l, end, headless);
-    if (!(terms & KR_LANES_DAMPED) && l->tangents) {
+    if (!(flags & KR_LANES_DAMPED) && l->tangents) {
         const wide reached = propagate_tangent_over_step(l, l->tangents);
         if (!mask_all(wide_equal(reached, end))) r = end_lane_steps(l, reached, headless);
         end = reached;
@@ -42,14 +42,14 @@ INLINE unsigned step_lanes(kr_lanes *l, int terms)
                                  wide_at_most(steps, wide_load(l->max_steps)));
     unsigned called = mask_bits(mask_not(mask_and(well, onward)));
     if (l->has_event)
-        called |= mask_bits(mask_not(find_lanes_without_event(l, end - t, &r, terms)));
+        called |= mask_bits(mask_not(find_lanes_without_event(l, end - t, &r, flags)));
     return called & ((1u << LANES) - 1);
 }
-#define ADVANCE(name, terms)                                                                       \
+#define ADVANCE(name, flags)                                                                       \
     static unsigned name(kr_lanes *l, int steps)                                                   \
     {                                                                                              \
         unsigned called = 0;                                                                       \
-        while (!called && steps-- > 0) called = step_lanes(l, terms);                              \
+        while (!called && steps-- > 0) called = step_lanes(l, flags);                              \
         return called;                                                                             \
     }
 ADVANCE(advance_with_heading, 0)

@@ -14,11 +14,11 @@ INLINE wide evaluate_event_linear_part(kr_lanes *l, lane_vec p, lane_vec w)
     return lane_vec_dot(lane_vec_load(l->along_p), p) + lane_vec_dot(lane_vec_load(l->along_w), w);
 }
 /* Returns the time derivative dg/dt of the event function at P = p and W = w. */
-INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w, int terms)
+INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w, int flags)
 {
     const lane_vec k = lane_vec_load(l->k), carried = add_rotor_products(l, w, lane_vec_splat(0.0));
     lane_vec linear = lane_vec_fma(k, carried, gravity_rates(l, p));
-    if (terms & KR_LANES_DAMPED) linear = lane_vec_fma(lane_vec_load(l->drag), w, linear);
+    if (flags & KR_LANES_DAMPED) linear = lane_vec_fma(lane_vec_load(l->drag), w, linear);
     const lane_vec dp = lane_vec_cross(p, w),
                    dw = lane_vec_fma(lane_vec_times(k, lane_vec_yzx(w)), lane_vec_zxy(w), linear);
     return evaluate_event_linear_part(l, dp, dw);
@@ -27,7 +27,7 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w, int terms)
  * time since the start of the step divided by the size h of the step. Returns the degree. Corrects
  * the last coefficient so that the value at s = 1 is the value computed from P and W in *end, with
  * which the next step begins. */
-INLINE int write_event_polynomial(kr_lanes *l, wide h, const lane_point *end, int terms)
+INLINE int write_event_polynomial(kr_lanes *l, wide h, const lane_point *end, int flags)
 {
     const int first = l->extremum, degree = l->order - first;
     const wide apart = wide_load(l->constant), zero = wide_splat(0.0);
@@ -42,15 +42,15 @@ INLINE int write_event_polynomial(kr_lanes *l, wide h, const lane_point *end, in
         reached = reached + g;
         power = power * h;
     }
-    const wide there = first ? h * event_rate(l, end->p, end->w, terms)
+    const wide there = first ? h * event_rate(l, end->p, end->w, flags)
                              : evaluate_event_linear_part(l, end->p, end->w) + apart;
     wide_store(l->g[degree], wide_load(l->g[degree]) + (there - reached));
     return degree;
 }
 /* Returns a mask of lanes that certainly have no event in the step of size h that ends at *end. */
-INLINE mask find_lanes_without_event(kr_lanes *l, wide h, const lane_point *end, int terms)
+INLINE mask find_lanes_without_event(kr_lanes *l, wide h, const lane_point *end, int flags)
 {
-    const int degree = write_event_polynomial(l, h, end, terms);
+    const int degree = write_event_polynomial(l, h, end, flags);
     const wide side = wide_load(l->side);
     wide b[KR_LANES_ORDER + 1];
     double binomial = 1.0;

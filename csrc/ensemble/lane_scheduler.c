@@ -27,10 +27,10 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 
-/* Sets l->order to the fastest Taylor order for the tolerance `tol` (for 2^-53 if tol is 0). Sets
- * l->log2_tol to log2 of 2^-less tol or, if this is larger, of min(tol, 2^-54.5): with this
- * tolerance, the results are as accurate as results of kr_top. The first row with tol >= 2^until
- * applies. The numbers in the rows were measured (docs/theory/ensembles.md). */
+/* Sets l->order and l->log2_tol for the tolerance `tol` (2^-53 if tol is 0) by the first row with
+ * log2(tol) >= until: l->log2_tol becomes min(log2(tol), max(log2(tol) - less, -54.5)). According
+ * to measurements (docs/theory/ensembles.md), the results are then as accurate as results of
+ * kr_top, and the Taylor order in the row is the fastest. */
 static void set_order_and_tolerance(kr_lanes *l, double tol)
 {
     static const struct {

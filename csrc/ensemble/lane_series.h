@@ -1,6 +1,6 @@
 /* Taylor series of the vertical P, the angular velocity W and the heading f (lane_state.h) for the
  * tops in all SIMD lanes, and their step sizes. p, w and f with an index are Taylor coefficients.
- * `terms` is 0, KR_LANES_HEADLESS, KR_LANES_DAMPED or their sum; `headless` is nonzero if f is not
+ * `flags` is 0, KR_LANES_HEADLESS, KR_LANES_DAMPED or their sum; `headless` is nonzero if f is not
  * computed. A sum of products of the coefficients j and n - j starts with j near n / 2, so that it
  * can begin before coefficient n is known. With fused multiply-add, the results in a lane are
  * bitwise equal for all vector widths. This file is compiled once for each instruction set. */
@@ -119,35 +119,34 @@ INLINE void add_velocity_products(lane_sums *a, lane_vec wj, lane_vec wm)
     a->ww = lane_vec_fma(lane_vec_yzx(wj), lane_vec_zxy(wm), a->ww);
 }
 /* Adds wmx pjx, wmy pjy and, with damping, wmz pjz to a->wp, for coefficients of W and P. */
-INLINE void add_heading_products(lane_sums *a, lane_vec wm, lane_vec pj, int terms)
+INLINE void add_heading_products(lane_sums *a, lane_vec wm, lane_vec pj, int flags)
 {
     a->wp.x = wide_fma(pj.x, wm.x, a->wp.x);
     a->wp.y = wide_fma(pj.y, wm.y, a->wp.y);
-    if (terms & KR_LANES_DAMPED) a->wp.z = wide_fma(pj.z, wm.z, a->wp.z);
+    if (flags & KR_LANES_DAMPED) a->wp.z = wide_fma(pj.z, wm.z, a->wp.z);
 }
-/* Returns `to` plus the contribution of the rotor to the products lane_sums.ww for the coefficient
- * w of W: shift_next * (wz, wx, wy) + shift_prev * (wy, wz, wx), componentwise (kr_lanes). */
+/* Returns `to` plus the rotor terms of the sums lane_sums.ww for the coefficient w of W:
+ * shift_next * (wz, wx, wy) + shift_prev * (wy, wz, wx), componentwise, with the constants of l. */
 INLINE lane_vec add_rotor_products(kr_lanes *l, lane_vec w, lane_vec to)
 {
     const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_zxy(w), to);
     return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_yzx(w), of_prev);
 }
-/* Adds to the sums `a` of an even order n the products of two coefficients of order n / 2. Adds the
- * contribution of the rotor if n = 0. */
-INLINE void add_middle_products(lane_sums *a, kr_lanes *l, int n, int terms)
+/* Adds to sums of even order n the products of coefficients n / 2; if n = 0, also rotor terms. */
+INLINE void add_middle_products(lane_sums *a, kr_lanes *l, int n, int flags)
 {
     const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
     if (n == 0) a->ww = add_rotor_products(l, w, a->ww);
     add_velocity_products(a, w, w);
     add_cross_products(a, w, p);
-    if (terms & KR_LANES_HEADLESS) return;
-    add_heading_products(a, w, p, terms);
+    if (flags & KR_LANES_HEADLESS) return;
+    add_heading_products(a, w, p, flags);
     if (n > 0) a->quotient = wide_load(l->near[n / 2]) * wide_load(l->rate[n / 2]);
 }
 /* Adds to the sums `a` of order n > 0 the products of the coefficients of orders 0 and n, and the
  * contribution of the rotor. `newest` holds the coefficients n of W and P. */
 INLINE void add_newest_products(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest,
-                                int terms)
+                                int flags)
 {
     const lane_vec w0 = lane_vec_load(l->w[0]), p0 = lane_vec_load(l->p[0]), wn = newest->w,
                    pn = newest->p;
@@ -155,19 +154,19 @@ INLINE void add_newest_products(lane_sums *a, kr_lanes *l, int n, const lane_pai
     a->ww = lane_vec_fma(lane_vec_yzx(wn), prev, lane_vec_fma(next, lane_vec_zxy(wn), a->ww));
     add_cross_products(a, wn, p0);
     add_cross_products(a, w0, pn);
-    if (terms & KR_LANES_HEADLESS) return;
+    if (flags & KR_LANES_HEADLESS) return;
     /* W_0, with rotor terms in its first two components */
     const lane_vec shifted = {prev.y, next.x, w0.z};
-    add_heading_products(a, wn, p0, terms);
-    add_heading_products(a, terms & KR_LANES_DAMPED ? w0 : shifted, pn, terms);
+    add_heading_products(a, wn, p0, flags);
+    add_heading_products(a, flags & KR_LANES_DAMPED ? w0 : shifted, pn, flags);
     a->quotient = wide_fma(wide_load(l->near[n]), wide_load(l->rate[0]), a->quotient);
 }
 /* Returns all sums of order n. `newest` holds the coefficients n of W and P. */
-INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int terms)
+INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int flags)
 {
     const lane_vec none = lane_vec_splat(0.0);
     lane_sums a = {none, none, none, none, wide_splat(0.0)};
-    if (n % 2 == 0) add_middle_products(&a, l, n, terms);
+    if (n % 2 == 0) add_middle_products(&a, l, n, flags);
     for (int j = (n - 1) / 2; j > 0; j--) {
         const int m = n - j;
         const lane_vec wj = lane_vec_load_once(l->w[j]), wm = lane_vec_load_once(l->w[m]);
@@ -177,29 +176,29 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int t
         add_cross_products(&a, wj, pm);
         add_velocity_products(&a, wj, wm);
         add_velocity_products(&a, wm, wj);
-        if (terms & KR_LANES_HEADLESS) continue;
-        add_heading_products(&a, wm, pj, terms);
-        add_heading_products(&a, wj, pm, terms);
+        if (flags & KR_LANES_HEADLESS) continue;
+        add_heading_products(&a, wm, pj, flags);
+        add_heading_products(&a, wj, pm, flags);
         a.quotient = wide_fma(wide_load(l->near[m]), wide_load(l->rate[j]), a.quotient);
         a.quotient = wide_fma(wide_load(l->near[j]), wide_load(l->rate[m]), a.quotient);
     }
-    if (n > 0) add_newest_products(&a, l, n, newest, terms);
+    if (n > 0) add_newest_products(&a, l, n, newest, flags);
     return a;
 }
 
 /* Writes coefficient n of f' to l->rate, and coefficient n + 1 of f to l->turn. `a` holds the sums
  * of order n, `newest` the coefficients n of W and P, and `share` is 1 / (n + 1). */
 INLINE void next_heading_coefficients(kr_lanes *l, const lane_sums *a, int n,
-                                      const lane_pair *newest, wide share, int terms)
+                                      const lane_pair *newest, wide share, int flags)
 {
     const lane_vec w = newest->w, p0 = lane_vec_load(l->p[0]), inner = lane_vec_load(l->inner);
     const wide rest = n == 0                    ? wide_splat(0.0)
-                      : terms & KR_LANES_DAMPED ? a->wp.x + (a->wp.y + a->wp.z)
+                      : flags & KR_LANES_DAMPED ? a->wp.x + (a->wp.y + a->wp.z)
                                                 : inner.z * newest->p.z;
     wide sum = wide_fma(w.x, p0.x, wide_fma(w.y, p0.y, wide_fma(w.z, p0.z, rest)));
     if (n == 0)
         sum = sum + sum;
-    else if (!(terms & KR_LANES_DAMPED))
+    else if (!(flags & KR_LANES_DAMPED))
         sum = wide_fma(inner.x, a->wp.x, wide_fma(inner.y, a->wp.y, sum));
     const wide rate = (sum - a->quotient) * wide_load(l->inverse);
     wide_store(l->rate[n], rate);
@@ -213,37 +212,37 @@ INLINE lane_vec gravity_rates(kr_lanes *l, lane_vec p)
 }
 /* Writes all Taylor coefficients of order n + 1 to `l`, given the coefficients `newest` of order n
  * of W and P. Returns the coefficients n + 1 of W and P. */
-INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int terms)
+INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int flags)
 {
-    const lane_sums a = sum_products(l, n, &newest, terms);
+    const lane_sums a = sum_products(l, n, &newest, flags);
     const wide share = wide_splat(1.0 / (n + 1));
     lane_vec linear = gravity_rates(l, newest.p);
-    if (terms & KR_LANES_DAMPED) linear = lane_vec_fma(lane_vec_load(l->drag), newest.w, linear);
+    if (flags & KR_LANES_DAMPED) linear = lane_vec_fma(lane_vec_load(l->drag), newest.w, linear);
     /* The convolution sums are added last, because they become available last. */
     const lane_pair next = {lane_vec_fma(lane_vec_scale(share, lane_vec_load(l->k)), a.ww,
                                          lane_vec_scale(share, linear)),
                             lane_vec_scale(share, lane_vec_sub(a.plus, a.minus))};
     lane_vec_store(l->w[n + 1], next.w);
     lane_vec_store(l->p[n + 1], next.p);
-    if (terms & KR_LANES_HEADLESS) return next;
-    next_heading_coefficients(l, &a, n, &newest, share, terms);
+    if (flags & KR_LANES_HEADLESS) return next;
+    next_heading_coefficients(l, &a, n, &newest, share, flags);
     wide_store(l->near[n + 1], lane_vec_dot(next.p, lane_vec_load(l->p[0])));
     return next;
 }
 
-INLINE void expand_lane_series(kr_lanes *l, int terms)
+INLINE void expand_lane_series(kr_lanes *l, int flags)
 {
     const lane_vec w = lane_vec_load(l->w[0]), p = lane_vec_load(l->p[0]);
     lane_pair newest = {w, p};
     lane_vec_store(l->prev, lane_vec_add(lane_vec_zxy(w), lane_vec_load(l->shift_prev)));
     lane_vec_store(l->next, lane_vec_add(lane_vec_yzx(w), lane_vec_load(l->shift_next)));
-    if (!(terms & KR_LANES_HEADLESS)) {
+    if (!(flags & KR_LANES_HEADLESS)) {
         const wide near = 1.0 + lane_vec_dot(p, p);
         wide_store(l->near[0], near);
         wide_store(l->inverse, 1.0 / near);
         wide_store(l->turn[0], wide_splat(0.0));
     }
-    for (int n = 0; n < l->order; n++) newest = next_lane_coefficient(l, n, newest, terms);
+    for (int n = 0; n < l->order; n++) newest = next_lane_coefficient(l, n, newest, flags);
 }
 
 /* approx_log2_lanes returns log2 x for a normal number x > 0, with an error below 0.05.
@@ -274,7 +273,8 @@ INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
     return approx_log2_lanes(square) * (-0.5 / n);
 }
 /* Returns the step size (> 0) at which the last Taylor term is about 2^l->log2_tol, but at most
- * l->order / 6 times l->fall. This limit matters near an unstable equilibrium (taylor/series.h). */
+ * l->order / 6 times l->fall. A deviation from an equilibrium grows by at most a factor e in the
+ * time l->fall. Very close to an unstable equilibrium, only this limit matters. */
 INLINE wide lane_step_size(kr_lanes *l, int headless)
 {
     const int order = l->order;

@@ -79,7 +79,7 @@ typedef struct kr_lanes {
     kr_lane_number constant, g[KR_LANES_ORDER + 1], side, noise;
     int has_event, extremum;
     /* Conversion to the user's frame and units: `axes` rotates from the frame of description to the
-     * lane's axes. Along these, moment * W + rotor, componentwise, is the user's momentum. */
+     * lane's axes. In these axes, the user's momentum is moment * W + rotor, componentwise. */
     kr_lane_quaternion axes;
     kr_lane_vector moment, rotor;
     kr_lane_quaternion out_q; /* from `sample`: the user's q and m (kr_state) */

@@ -156,9 +156,9 @@ INLINE lane_vec find_energy_gradient_in_theta(kr_lane_tangents *g, const lane_po
     const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
     return lane_vec_add(pull, lane_vec_cross(at->w, find_body_momentum(g, at)));
 }
-/* Writes the errors of dE and d<m, e3> at the point `at` of the path to g->out. The error is the
- * change of this number since the initial time (0 for an exact tangent), divided by its maximum for
- * all tangents of the norm |d|. */
+/* Writes the errors of dE and d<m, e3> at the point `at` of the path to g->out: the change of dE
+ * since the initial time (0 for an exact tangent), divided by the maximum of |dE| for all tangents
+ * of the norm |d|, and likewise for d<m, e3>. */
 INLINE void write_conservation_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec lean = find_energy_gradient_in_theta(g, at);
@@ -201,8 +201,7 @@ INLINE growth_integrals add_integral_node(kr_lanes *l, growth_integrals a, wide 
     a.most = wide_choose(wide_less(wide_splat(0.0), span), wide_max(a.most, a.last), a.most);
     return a;
 }
-/* Sets a->rest to last / |d|^2 if this is larger. `last` is the squared norm of the last Taylor
- * term of the tangent d. */
+/* Raises a->rest to last / |d|^2, where `last` is the squared norm of the last Taylor term of d. */
 INLINE void update_largest_truncation(growth_integrals *a, wide last, lane_deviation d)
 {
     const wide size = deviation_dot(d, d), zero = wide_splat(0.0);
@@ -372,8 +371,8 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
     write_conservation_errors(g, &here, d);
 }
-/* Sets g->truncation_limit, and g->terms for the interior quadrature nodes. At a node x, the Taylor
- * term n is about x^n tol^(n/order) times the tangent; terms below 2^-24 of it are omitted. */
+/* Sets g->truncation_limit, and the degrees g->terms at the interior quadrature nodes. Terms of a
+ * tangent d below 2^-24 |d| are omitted: at a node x, term n is about x^n tol^(n/order) |d|. */
 static void set_truncation_and_node_terms(const kr_lanes *l, kr_lane_tangents *g)
 {
     g->truncation_limit = exp2(2.0 * (l->log2_tol + GROWTH_SLACK));
@@ -383,8 +382,8 @@ static void set_truncation_and_node_terms(const kr_lanes *l, kr_lane_tangents *g
     }
 }
 /* Removes from the initial tangents g->end.d their components along the trivial solutions. Writes
- * the norms of the results to g->first_size. Scales them to unit length, and writes them to
- * g->first, and their dE and d<m, e3> to g->first_energy and g->first_vertical. */
+ * the norms of the results to g->first_size, and the results, scaled to unit length, to g->first.
+ * Writes dE and d<m, e3> of the scaled tangents to g->first_energy and g->first_vertical. */
 INLINE void normalize_initial_tangent(kr_lanes *l, kr_lane_tangents *g)
 {
     set_truncation_and_node_terms(l, g);

@@ -3,7 +3,7 @@
  * with one top (lane_state.h), can be used if g is linear in the body-frame components of the
  * vertical and the angular velocity. A lane stops after a step in which an event is possible
  * (lane_event_test.h), and the functions of this file search this step. Other events are found by
- * the scalar code (events/event_search.c). The longest wait limits the time from event to event. */
+ * the scalar code (events/event_search.c). kr_tops.t limits the wait for each event. */
 #include "events/sign_changes.h"
 #include "events/event_polynomial.h"
 #include "slots.h"
@@ -23,7 +23,7 @@ void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift)
     l->noise[lane] = KR_TERMS_UNSURE * size;
     worker->slots[lane].start_noise = KR_TERMS_START * size;
 }
-/* Finishes the top in a lane, with its state after the longest wait and the status KR_ERR_EVENT. */
+/* Finishes the top in a lane, with its state at the end of the wait and the status KR_ERR_EVENT. */
 static void finish_without_event(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -36,9 +36,8 @@ static void finish_without_event(kr_worker *worker, int lane)
     kr_lane_finish(worker, lane, KR_ERR_EVENT);
 }
 /* Stores the state at an event in the last step of a lane, unless the event has a condition that is
- * not met. If the longest wait ends before the event, finishes the top. `fraction` is the time from
- * the beginning of the step to the event, divided by the step size. Returns 1 if the search in this
- * step must continue, or 0 if the top has left the lane. */
+ * not met. If the wait for the event was too long, finishes the top. `fraction` is the position of
+ * the event in the step, 0 to 1. Returns 1 if the search must go on, 0 if the top left the lane. */
 static int store_event(kr_worker *worker, int lane, double fraction)
 {
     const kr_lanes *l = worker->lanes;

@@ -82,11 +82,11 @@ static inline kr_accumulator *kr_worker_accumulators(const kr_worker *worker, in
 {
     return worker->accumulators + (size_t)lane * worker->reductions;
 }
-/* Returns the longest wait for the next event of top i (kr_worker_section), or 0 without times. */
-static inline double kr_worker_max_wait(const kr_worker *worker, size_t i)
+/* Returns the longest wait for the next event of a top (kr_worker_section), or 0 without times. */
+static inline double kr_worker_max_wait(const kr_worker *worker, size_t top)
 {
     const kr_tops *tops = worker->tops;
-    return tops->times > 0 ? tops->t[tops->own_times ? i : 0] : 0.0;
+    return tops->times > 0 ? tops->t[tops->own_times ? top : 0] : 0.0;
 }
 /* Integrates top i with the scalar code, using `top` as workspace, and writes its results. */
 void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i);
@@ -142,8 +142,7 @@ void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int ord
 /* Empties all lanes, and prepares them for damped (`damped` nonzero) or undamped tops. */
 void kr_scheduler_reset(kr_worker *worker, int damped);
 /* Integrates the tops in the SIMD lanes until one lane is free, and loads top i into this lane. If
- * top i may be strongly damped, the scalar code integrates it instead. If it is invalid, it gets an
- * error status. */
+ * top i may be strongly damped, the scalar code integrates it. An invalid top gets an error. */
 void kr_scheduler_add(kr_worker *worker, size_t i);
 /* Advances the tops in all SIMD lanes until each has reached its last requested time or event. */
 void kr_scheduler_drain(kr_worker *worker);

@@ -17,8 +17,8 @@ enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
 /* The Taylor polynomials of the state over a step, up to the power `order`: x, w, rate and product
- * are those of kr_step_polynomial (method.h). Functions whose names begin with add_ add the
- * coefficients of a power series to the array c, and the coefficient of the n-th power to c[n]. */
+ * are those of kr_step_polynomial (method.h). Functions whose names begin with add_ add a power
+ * series to the array c: the coefficient of the n-th power to c[n], for each n. */
 typedef struct step_view {
     const kr_top *top;
     double rate;
@@ -183,8 +183,7 @@ static kr_vec3 find_description_axis(const step_view *v, int axis)
 {
     return q_turn_back(v->top->axes, v_axis(axis));
 }
-/* Adds `factor` times the state component with index `number` to c. There is a case for each
- * quantity that events can use (KR_QUANTITY_IN_EVENTS). */
+/* Adds to c `factor` times a state component, of any quantity with KR_QUANTITY_IN_EVENTS. */
 static void add_component(const step_view *v, double factor, int number, double *c)
 {
     const kr_motion *motion = &v->top->main;
@@ -234,8 +233,8 @@ static void add_component(const step_view *v, double factor, int number, double 
 }
 
 /* Returns an upper bound on the magnitude of a state component in its unit (component_unit). In
- * this unit, |W| <= 1. If the support is at rest and gravity has no gradient, the energy limits W_i
- * to sqrt(least moment / A_i), where A_i are the moments of inertia. */
+ * this unit, |W| <= 1. If the support is at rest and gravity has no gradient, the energy limits
+ * each A_i W_i^2 to the smallest of the three moments of inertia A_i. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;
@@ -353,7 +352,7 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
     if (kr_event_is_held(p, e)) {
         /* While friction holds the top, the spin is zero. p->held is the sign of the spin before
-         * the stop, and the opposite sign makes the stop a sign change (event_search.c). */
+         * the stop. c[0] gets the opposite sign, so that the stop counts as a sign change. */
         c[0] = -p->held * convert_term_factor(top, p->rate, e->terms);
         return 0;
     }

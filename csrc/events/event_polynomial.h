@@ -22,7 +22,8 @@ int kr_event_is_held(const kr_step_polynomial *piece, const kr_event *event);
  * slides with dry friction. Otherwise returns 0. */
 int kr_event_side_by_friction(const kr_step_polynomial *piece, const kr_event *event);
 /* Magnitudes of an event function below KR_TERMS_UNSURE * kr_terms_bound count as zero. Until a
- * sign is known, the limit is KR_TERMS_START * kr_terms_bound: a function may be zero initially. */
+ * first sign is known, the limit is KR_TERMS_START * kr_terms_bound, because the function may be
+ * zero initially, up to rounding errors. */
 #define KR_TERMS_UNSURE 0x1p-50
 #define KR_TERMS_START 0x1p-40
 /* Returns 1 if a sum of n terms has the form of kr_linear. */

@@ -62,9 +62,9 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     return KR_OK;
 }
 
-/* Finds the next sign change that an event requires, after the position own->mark (0 to 1) in the
- * last step. Writes its time in internal units to own->next, and its direction, or 0 if there is no
- * sign change, to own->sign. Updates own->mark and the last known sign own->side. */
+/* Finds the next sign change in the direction that an event requires, after the position own->mark
+ * (0 to 1) in the last step. Writes its time in internal units to own->next, and its direction or,
+ * if there is none, 0 to own->sign. Updates own->mark and the last known sign own->side. */
 static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *piece,
                                   const kr_event *event, kr_event_search *own)
 {

@@ -1,11 +1,10 @@
 /* Search for all sign changes of a polynomial p(s) on the interval [0, 1]. The coefficients of p in
  * the Bernstein basis of an interval bound the values of p there, and their differences bound the
  * slope. Coefficients of one sign exclude roots, and differences of one sign exclude extrema. An
- * interval that may contain both is bisected (de Casteljau; Lane and Riesenfeld 1981) until the
- * values are indistinguishable from zero. A sign is known only where |p| exceeds the rounding
- * noise. Two roots between which |p| is below the noise count as a double root without a sign
- * change. The last sign is passed on to the next step, so that a root between two steps is found
- * once. */
+ * interval that may contain both is bisected (de Casteljau; Lane and Riesenfeld 1981) until |p| is
+ * below the rounding noise. A sign is known only where |p| exceeds the noise. Two roots between
+ * which |p| is below the noise count as a double root without a sign change. The last sign is
+ * passed on to the next step, so that a root between two steps is found once. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
@@ -60,9 +59,9 @@ static int record_sign(kr_sign_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Returns 1 if the sign at the end of an interval tells whether the sign changes inside: if the
- * polynomial has constant sign, is monotonic, or is zero up to noise. `bernstein` has the Bernstein
- * coefficients, without omitted terms (truncate_polynomial), on this interval of length `width`. */
+/* Returns 1 if the sign at the end of an interval of length `width` tells whether the sign changes
+ * inside: if the polynomial has constant sign, is monotonic, or is zero up to noise. `bernstein`
+ * has the Bernstein coefficients of the truncated polynomial (truncate_polynomial). */
 static int is_decided_by_end_sign(const kr_sign_search *r, const double *bernstein, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
@@ -116,9 +115,9 @@ static search_outcome search_unit_interval(kr_sign_search *r)
         for (int i = n; i >= k; i--) b[i] += b[i - 1];
     return search_interval(r, b, 0.0, 1.0);
 }
-/* Sets r->used such that the later terms contribute negligibly to the slope, and can be omitted.
- * Sets bounds on the omitted parts of the value and of the slope, r->tail and r->tail_slope. If the
- * search is UNDECIDED without these terms, the caller repeats it with all terms. */
+/* Sets r->used to a degree above which the terms contribute negligibly to the slope, and can be
+ * omitted. Sets r->tail and r->tail_slope to bounds on the sum and on the slope of these terms. If
+ * the search without these terms is UNDECIDED, the caller repeats the search with all terms. */
 static void truncate_polynomial(kr_sign_search *r)
 {
     double slopes = 0.0;

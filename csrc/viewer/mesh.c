@@ -31,11 +31,11 @@ static double make_cuboid_of_mass(const kr_body *body, double mass, kr_box *box)
     box->density = mass / volume;
     return volume;
 }
-/* Writes to `box` the cuboid of density 1 among those of make_cuboid_of_mass for all masses or, if
- * none has density 1, the largest one. Ternary search finds the largest one, because the logarithm
- * of the volume is a concave function of 1 / mass. The density increases with the mass. The search
- * for density 1 includes slightly smaller masses than the mass of the largest cuboid (factor
- * 1.001), because ternary search finds this mass only approximately. */
+/* Writes to `box` a cuboid with the inertia and the product mass * com of the body, but any mass:
+ * the one of density 1 or, if none is found, the largest one. Ternary search finds the mass of the
+ * largest one, because the logarithm of the volume is a concave function of 1 / mass. Bisection
+ * among larger masses finds density 1, because the density increases with the mass. The bisection
+ * begins at a mass smaller by a factor 1.001, because ternary search is only approximate. */
 static void find_cuboid_of_any_mass(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;

@@ -1,6 +1,6 @@
 /* Implementation of simulation.h. Time is counted in ticks. A row of the record holds the measured
- * values at its time, and their extrema since the previous row. In kr_simulation, `stride`
- * is the number of ticks between two rows, and `common` the least common multiple of the steps. */
+ * values at its time, and their extrema since the previous row. In kr_simulation, `stride` is the
+ * number of ticks between two rows, and `common` the least common multiple of the step sizes. */
 #include <math.h>
 #include "simulation.h"
 

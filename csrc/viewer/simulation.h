@@ -7,9 +7,9 @@
 #define KR_SIMULATION_H
 #include "kreisel.h"
 
-/* Indices of the measured values of a top: first the KR_SIMULATION_ERROR scalar quantities that do
- * not change in a rotation about the vertical, in the order of quantities.def; then the attitude
- * error against the reference [rad], and the modified energy (kr_state_modified_energy). */
+/* Indices of the measured values of a top: first all scalar quantities that do not change in a
+ * rotation about the vertical, in the order of quantities.def; then KR_SIMULATION_ERROR, for the
+ * attitude error against the reference [rad], and lastly one for kr_state_modified_energy. */
 enum {
 #define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_QUANTITY_TURNS))
     KR_SIMULATION_ERROR =
@@ -37,7 +37,7 @@ enum {
     KR_SIMULATION_REFERENCE = -2,
     /* The step budget: a call of kr_simulation_advance for n steps of the tops makes at most
      * KR_SIMULATION_BUDGET + KR_SIMULATION_BUDGET_PER_STEP * n steps of the methods, or up to 256
-     * more, because these are counted in blocks. It takes milliseconds if n is small. */
+     * more, because these are counted in blocks. Such a call takes milliseconds if n is small. */
     KR_SIMULATION_BUDGET = 32,
     KR_SIMULATION_BUDGET_PER_STEP = 4
 };

@@ -81,8 +81,8 @@ EXPORT(const char *, kr_page_kind, (const kr_body *body))
 }
 
 /* Returns six numbers for a symmetric top: smallest and largest nutation angle [rad], critical spin
- * (kr_nutation), mean rate of precession, period of the nutation, and spin. The mean rate is NaN if
- * unknown, the period if unknown or infinite. Returns NULL if kr_exact_nutation fails. */
+ * (kr_nutation), mean rate of precession, period of the nutation, and spin. The rate and the period
+ * are NaN if unknown, the period also if infinite. Returns NULL if kr_exact_nutation fails. */
 EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 {
     kr_nutation nutation;
@@ -164,8 +164,8 @@ EXPORT(const double *, kr_page_measure, (int i))
 EXPORT(int, kr_page_rows, (void)) { return (int)simulation.rows; }
 EXPORT(int, kr_page_row_doubles, (void)) { return sizeof(kr_record_row) / sizeof(double); }
 EXPORT(const double *, kr_page_times, (void)) { return &simulation.record[0].time; }
-/* Returns the address of the value with index `measure` of top i in the first row of the record. If
- * `side` is -1 or 1, returns that of its minimum or maximum since the previous row instead. */
+/* Returns the address, in the first row of the record, of a measured value of top i or, if `side`
+ * is -1 or 1, of its minimum or maximum (kr_record_row). Rows are kr_page_row_doubles apart. */
 EXPORT(const double *, kr_page_record, (int i, int measure, int side))
 {
     const kr_record_row *row = &simulation.record[0];
