@@ -70,13 +70,13 @@ static inline void KR_F(kr_step_add_product)(const KR_REAL p[4], const KR_REAL q
     out[2] += p[0] * q[2] + p[2] * q[0] + p[3] * q[1] - p[1] * q[3];
     out[3] += p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1];
 }
-/* Rotates the body about its axis i by the angle 2 rate M[i]. Updates M, the momentum along the
- * body axes. Multiplies the quaternion 1 + r of all rotations so far by this one from the right. */
-static inline void KR_F(kr_step_turn)(int i, KR_REAL rate, KR_REAL M[3], KR_REAL r[4])
+/* Rotates the body about an axis by the angle 2 rate M[axis]. Updates the momentum M along the body
+ * axes. Multiplies 1 + r, the quaternion of all rotations so far, by this rotation on the right. */
+static inline void KR_F(kr_step_turn)(int axis, KR_REAL rate, KR_REAL M[3], KR_REAL r[4])
 {
-    const int j = (i + 1) % 3, k = (i + 2) % 3;
-    const KR_REAL half = rate * M[i], y = M[j], z = M[k], a = r[0], b = r[1 + i], p = r[1 + j],
-                  q = r[1 + k];
+    const int j = (axis + 1) % 3, k = (axis + 2) % 3;
+    const KR_REAL half = rate * M[axis], y = M[j], z = M[k], a = r[0], b = r[1 + axis],
+                  p = r[1 + j], q = r[1 + k];
     KR_REAL c, s;
     KR_F(kr_step_cosm1_sinc)(half * half, &c, &s);
     s *= half;
@@ -84,7 +84,7 @@ static inline void KR_F(kr_step_turn)(int i, KR_REAL rate, KR_REAL M[3], KR_REAL
     M[j] = y + (turn * z - back * y);
     M[k] = z - (turn * y + back * z);
     r[0] = a + (c + (c * a - s * b));
-    r[1 + i] = b + (s + (c * b + s * a));
+    r[1 + axis] = b + (s + (c * b + s * a));
     r[1 + j] = p + (c * p + s * q);
     r[1 + k] = q + (c * q - s * p);
 }

@@ -27,10 +27,10 @@
 #endif
 
 /* INLINE forces the compiler to inline a function, because a call in a loop of SIMD code would save
- * all vector registers to memory. APART prevents inlining of rarely called functions. The compiler
- * decides what to inline if KR_SMALL or KR_SMALL_FILE is defined; the code is then smaller.
- * KR_SMALL_FILE is defined in source files that define KR_LONG_FUNCTIONS, if the code lacks fused
- * multiply-add and the build has other instruction sets or KR_ONE_ISA (cmake/amalgamate.py). */
+ * all vector registers to memory. APART prevents inlining of rarely called functions. If KR_SMALL
+ * or KR_SMALL_FILE is defined, the compiler decides what to inline, and the code is smaller.
+ * KR_SMALL_FILE is defined in files that define KR_LONG_FUNCTIONS and have no fused multiply-add,
+ * if the build has other instruction sets or KR_ONE_ISA (cmake/amalgamate.py). */
 #if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
 #  if defined KR_WITH_AVX2 || defined KR_WITH_AVX512 || defined KR_ONE_ISA
 #    define KR_SMALL_FILE
@@ -44,7 +44,7 @@
 #  define APART static
 #endif
 
-/* KR_BATCHED(function) is `function`, which computes several tops or times at once. It is NULL if
+/* KR_BATCHED(function) is `function`, which computes several tops or times at once, or NULL if
  * KR_NO_BATCHES is defined. Callers then compute each top and time alone, with the same result. */
 #ifdef KR_NO_BATCHES
 #  define KR_BATCHED(function) NULL
@@ -72,7 +72,7 @@
 #define KR_NAME(thing) KR_PASTED(thing, KR_ISA)
 
 /* KR_SCALAR_NAME(thing) is the name of scalar code compiled for AVX2, or for the baseline if the
- * build lacks AVX2. AVX-512 code uses it, because AVX-512 does not make scalar code faster. */
+ * build lacks AVX2. It is also used with AVX-512, which does not make scalar code faster. */
 #if defined KR_WITH_AVX2
 #  define KR_SCALAR_NAME(thing) thing##_avx2
 #else

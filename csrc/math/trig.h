@@ -40,8 +40,8 @@ static inline void sin_cos(double x, double *sine, double *cosine)
     turns = x * 0.63661977236758138 + to_integer;
     memcpy(&quadrant, &turns, sizeof quadrant);
     turns -= to_integer;
-    /* pi/2 is split into three parts (from fdlibm). The products of the first two with `turns` are
-     * exact: each part has 33 bits, and `turns` is an integer below 2^20 in magnitude. */
+    /* pi/2 is split into three parts (from fdlibm). The products of `turns` and the first two parts
+     * are exact: these have 33 bits, and `turns` is an integer below 2^20 in magnitude. */
     r = ((x - turns * 1.57079632673412561417e+00) - turns * 6.07710050630396597660e-11) -
         turns * 2.02226624879595063154e-21;
     cos_sinc_small(r * r, &c, &s);

@@ -56,9 +56,9 @@ INLINE wide wide_log(wide x)
     sum = wide_fma(2.0 * z * y, sum, 2.0 * z);
     return wide_fma(exponent, wide_splat(LN_2), sum);
 }
-/* Returns the natural logarithm of x with an absolute error of at most 1e-8, which suffices for
- * Lyapunov exponents, without a division. For x = (1 + m) * 2^exponent, a polynomial interpolates
- * ln(1 + m) / m at Chebyshev nodes. Requires that x is positive and normal. */
+/* Returns the natural logarithm of x, computed without a division. Its absolute error of at most
+ * 1e-8 is small enough for Lyapunov exponents. For x = (1 + m) * 2^exponent, a polynomial
+ * interpolates ln(1 + m) / m at Chebyshev nodes. Requires that x is positive and normal. */
 INLINE wide wide_approx_log(wide x)
 {
     static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,

@@ -25,8 +25,8 @@ kr_status kr_body_check(const kr_body *b)
     return are_moments_physical(b->inertia, b->rounded) ? KR_OK : KR_ERR_BODY;
 }
 /* Returns 1 if some distribution of mass has the inertia J and the vector com, up to a tolerance.
- * Its second moments are S = (tr J / 2) 1 - J about the fixed point, S - mass com com^t about the
- * centre of mass. The latter must be positive semidefinite: mass <com, S^-1 com> <= 1 if S > 0. */
+ * The matrix of second moments is S = (tr J / 2) 1 - J about the fixed point. S - mass com com^t
+ * about the centre of mass must be positive semidefinite: mass <com, S^-1 com> <= 1 if S > 0. */
 int kr_body_is_physical(const kr_body *b)
 {
     const kr_vec3 i = b->inertia, c = b->com;
@@ -43,7 +43,6 @@ static kr_status check_and_copy(const kr_body *b, kr_body *out)
     if (status == KR_OK) *out = *b;
     return status;
 }
-
 static int is_equal(double a, double b, double rtol)
 {
     return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
@@ -169,9 +168,9 @@ static kr_working zero_off_axis_rotor(kr_working w, const kr_body *b)
 kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
 {
     const int is_even = damping.x == damping.y && damping.y == damping.z;
-    /* With equal damping about all axes, the third axis of a spherical body points to the centre of
-     * mass if com is not zero and the rotor is zero or parallel to com. Otherwise, this axis is
-     * along a nonzero rotor, and its component along the third principal axis is not negative. */
+    /* With equal damping about all axes, the third working axis of a spherical body is along com if
+     * com is not zero and the rotor is zero or parallel to com. Otherwise, it is along rotor or
+     * -rotor, whichever has a nonnegative component along the third principal axis. */
     const int is_about_com = v_largest(b->com) > 0.0 && kr_body_is_rotor_axial(b, KR_KIND_RTOL);
     const kr_vec3 last_axis = is_about_com || !kr_body_has_rotor(b)
                                   ? b->com
@@ -254,8 +253,8 @@ static int is_axis_through_com(const kr_body *b, int axis)
            KR_KIND_RTOL * v_largest(b->com);
 }
 /* Returns the quaternion of principal axes of b. If b is symmetric, returns the axes nearest to the
- * frame of description. If the symmetry axis passes through the centre of mass up to rounding
- * errors, it becomes the third axis, along `com` (in the frame of description) if com is not 0. */
+ * frame of description, unless the symmetry axis passes through the centre of mass up to rounding
+ * errors: the third axis is then the symmetry axis, along `com` or -com if com is not zero. */
 static kr_quat choose_degenerate_axes(const kr_body *b, kr_vec3 com)
 {
     const int axis = find_symmetry_axis(b, KR_KIND_RTOL);

@@ -26,22 +26,23 @@ typedef struct map_rates {
     double precession, spin; /* the angles -e g c om and -e g l om */
 } map_rates;
 
-/* Returns the conserved energy K at the symmetry axis a and the momentum m, for the step e. */
-static inline double find_conserved_energy(double step, double g, kr_vec3 a, kr_vec3 m)
+/* Returns the conserved energy K for the step e, at the symmetry axis a and the momentum m. */
+static inline double find_conserved_energy(double step, double g, kr_vec3 axis, kr_vec3 momentum)
 {
-    const double e = step, b = 0.25 * e * e * g, u = a.z, shift = 0.25 * e * e * v_dot(m, a) * m.z;
+    const double e = step, b = 0.25 * e * e * g, u = axis.z,
+                 shift = 0.25 * e * e * v_dot(momentum, axis) * momentum.z;
     const double slope = g * (1.0 - b * u) / (1.0 + b * b * u * u);
-    const double inner =
-        0.5 * v_dot(m, m) + slope * (u + shift) - 0.125 * e * e * slope * slope * (1.0 - u * u);
+    const double inner = 0.5 * v_dot(momentum, momentum) + slope * (u + shift) -
+                         0.125 * e * e * slope * slope * (1.0 - u * u);
     return (1.0 + b * b * u * u) * inner + 0.125 * e * e * g * g * (1.0 + u * u);
 }
 /* Returns the time h of the continuous motion that corresponds to the step e = r->step of the map,
  * or NaN if |z| >= 1/2. Sets the other members of `r`; if |z| >= 1/2, only r->energy. */
-static inline double find_time_of_map_step(map_rates *r, double g, kr_vec3 a, kr_vec3 m)
+static inline double find_time_of_map_step(map_rates *r, double g, kr_vec3 axis, kr_vec3 momentum)
 {
-    const double e = r->step, c = v_dot(m, a), l = m.z;
+    const double e = r->step, c = v_dot(momentum, axis), l = momentum.z;
     double A = 0.0, B = 0.0, D = 0.0, power = 1.0;
-    r->energy = find_conserved_energy(e, g, a, m);
+    r->energy = find_conserved_energy(e, g, axis, momentum);
     const double z = 0.5 * e * e * r->energy;
     if (!(fabs(z) < 0.5)) return NAN;
     for (int k = 0; k < 52; k++) {
@@ -54,16 +55,15 @@ static inline double find_time_of_map_step(map_rates *r, double g, kr_vec3 a, kr
     r->spin = -0.25 * e * e * e * B * g * l;
     return e * (A + 0.125 * e * e * e * e * g * l * c * (B + (1.0 + z) * D));
 }
-/* Returns the step e of the map that corresponds to the time h = time_step of the continuous
- * motion, and K and the angles for this step. The members step and energy are NaN if no step is
- * found, or if 2 h^2 |K| > 1 or h^2 |g| > 1. */
-static inline map_rates find_map_step(double time_step, double g, kr_vec3 a, kr_vec3 m)
+/* Returns e, K and the angles of the map step that corresponds to the time h = time_step of the
+ * motion. `step` and `energy` are NaN if no e is found, or if 2 h^2 |K| > 1 or h^2 |g| > 1. */
+static inline map_rates find_map_step(double time_step, double g, kr_vec3 axis, kr_vec3 momentum)
 {
     const double h = time_step;
     map_rates r = {h, 0.0, 0.0, 0.0};
     double last = 0.0, reached = 0.0;
     for (int i = 0; i < 20; i++) {
-        const double now = find_time_of_map_step(&r, g, a, m), e = r.step;
+        const double now = find_time_of_map_step(&r, g, axis, momentum), e = r.step;
         if (fabs(now - h) <= 4.0 * DBL_EPSILON * fabs(h)) {
             if (h * h * fmax(2.0 * fabs(r.energy), fabs(g)) <= 1.0) return r;
             break;

@@ -235,9 +235,9 @@ double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 g
     const double spin = v_dot(v_sub(M, h), eased) - v_dot(O, apex), most = scene->friction,
                  needed = -v_dot(gain, apex) / v_dot(apex, eased),
                  size = v_largest(eased) * (v_largest(M) + v_largest(h)) + v_largest(O);
-    /* The torque `needed` keeps a zero spin at zero if |needed| <= most. Otherwise, the torque is
-     * -most or most, and opposes the spin that the top has or is about to gain. A spin below
-     * SPIN_OF_HELD * size counts as zero: it is a sum of terms up to `size`, which may cancel. */
+    /* The torque `needed` keeps a zero spin at zero if |needed| <= most. Otherwise, the
+     * friction torque is -most or most, against the spin that the top has or will gain. Spins below
+     * SPIN_OF_HELD * size count as zero: they are sums of terms up to `size`, which may cancel. */
     const int is_zero = fabs(spin) <= SPIN_OF_HELD * size;
     *holds = is_zero && fabs(needed) <= most;
     if (is_zero) return fmax(-most, fmin(needed, most));

@@ -13,8 +13,8 @@ enum {
     KR_AXES = 16                 /* number of component indices reserved for each quantity */
 };
 extern const kr_quantity kr_quantities[KR_QUANTITIES];
-/* A function that writes the values of a quantity at n states, and the members of its kr_quantity
- * that computations use. Programs that use no texts of quantities link only kr_quantity_rows. */
+/* The part of a kr_quantity that computations use, and a function that writes the values of this
+ * quantity at n states. Programs that use no texts of quantities link only kr_quantity_rows. */
 typedef struct kr_quantity_row {
     void (*values)(const kr_scene *scene, size_t n, const kr_state states[], double out[]);
     unsigned char doubles, flags;

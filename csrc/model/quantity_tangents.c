@@ -159,14 +159,14 @@ static double tangent_of_potential(const quantity_point *at, const quantity_chan
 typedef struct integral_vectors {
     kr_vec3 m, p, dm, dp;
 } integral_vectors;
-/* Returns the change of v, the components of a vector, along axes that rotate about the third axis
- * by an infinitesimal angle. `dv` is the change of the components along axes that do not rotate. */
-static kr_vec3 change_in_rotating_axes(double angle, kr_vec3 v, kr_vec3 dv)
+/* Returns the change of the components v of a vector along axes that rotate about the third axis by
+ * an infinitesimal angle. `dv` is the change of the components along axes that do not rotate. */
+static kr_vec3 change_in_rotating_axes(double dangle, kr_vec3 v, kr_vec3 dv)
 {
-    return v3(dv.x + angle * v.y, dv.y - angle * v.x, dv.z);
+    return v3(dv.x + dangle * v.y, dv.y - dangle * v.x, dv.z);
 }
 /* Writes the vectors m and p of a top of the integrable case `kind`, and their changes, to `f`.
- * Returns 0 if the top is of another kind, or if the parameter change in `by` makes it so. */
+ * Returns 0 if the top is of another kind, or leaves this kind by the parameter change in `by`. */
 static int find_integral_vector_changes(const quantity_point *at, const quantity_change *by,
                                         kr_kind kind, integral_vectors *f)
 {

@@ -20,8 +20,8 @@ typedef struct kr_pull {
 /* Returns the factors: mass, gravity and `com` scaled by powers of two to magnitudes below one. */
 kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 
-/* Returns the kind (integrable case) of a top. If gravity = 0, returns the kind of its body with
- * the centre of mass at the fixed point, even if the support is shaken. */
+/* Returns the kind (integrable case) of a top. If gravity = 0, the centre of mass is assumed at the
+ * fixed point, even if the support is shaken. */
 kr_kind kr_scene_kind(const kr_scene *scene);
 static inline int kr_support_turns(const kr_scene *scene)
 {
@@ -51,7 +51,7 @@ static inline int kr_support_turns_about_vertical(const kr_scene *scene)
  * frames coincide at the initial time of the scene. */
 void kr_scene_turn_state(const kr_scene *scene, kr_state *state);
 /* Returns 1 if damping, friction, a gravity gradient or a moving support rules out a closed form of
- * the motion. If allow_turning is nonzero, a support that rotates about the vertical does not. */
+ * the motion. If allow_turning is nonzero, the support may rotate about the vertical. */
 static inline int kr_scene_excludes_closed_form(const kr_scene *scene, int allow_turning)
 {
     kr_scene at_rest = *scene;

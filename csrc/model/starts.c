@@ -32,7 +32,6 @@ void kr_scene_set_body_momentum(kr_scene *scene, kr_vec3 momentum)
 {
     scene->start.m = q_turn(scene->start.q, momentum);
 }
-
 /* Returns the rotation with the z-x-z Euler angles precession, nutation and spin. */
 static kr_quat euler_rotation(kr_vec3 angles)
 {
