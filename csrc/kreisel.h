@@ -124,7 +124,7 @@ typedef struct kr_body {
     kr_vec3 com;     /* centre of mass relative to the fixed point, along the principal axes [L] */
     kr_quat axes;    /* principal axes -> frame of description: v_described = axes v axes* */
     /* For rounded values from the literature, in [0, 1): the largest moment may exceed the sum of
-     * the other two by this fraction of the sum, or by 1e-12 of it if `rounded` is smaller. */
+     * the other two by the fraction `rounded` of this sum, or 1e-12 if `rounded` is smaller. */
     double rounded;
     /* Momentum of rotors relative to the body (a gyrostat), kept constant by motors, along the
      * principal axes [M L^2 T^-1]. The momentum m of a state includes it. `inertia` includes the
@@ -194,16 +194,16 @@ typedef struct kr_config {
     /* Tolerance below 1, or 0 for the default: of the local error (adaptive methods), the residual
      * (implicit methods), or the certificate (method exact; larger values count as the default). */
     double tol;
-    /* Maximum number of steps, or 0 for no limit. For each requested time, an adaptive method
-     * without dense output makes up to 1024 further steps, but not more than max_steps. */
+    /* Maximum number of steps since start.t (in all calls), or 0 for no limit. For each requested
+     * time, an adaptive method without dense output may make as many further ones, up to 1024. */
     int64_t max_steps;
     /* NULL, or called with `context` after every 256 steps and 1024 states (2^16 in a worker), and
      * in every step of adaptive methods without dense output. A nonzero result stops the run. */
     int (*poll)(void *context);
     void *context;
     /* Number of digits, for methods with KR_METHOD_DIGITS: 0 for the accuracy `tol`, else 16, 20 or
-     * 30 (others are rounded up). With 16 or 20, tol must be 0. With 30, a tol of at most 2^-100
-     * shortens steps, and the difference of two runs shows how many digits are correct. */
+     * 30 (others are rounded up). With 16 or 20, tol must be 0. With 30, tol may be up to 2^-100; a
+     * smaller tol shortens steps, and comparing two runs shows how many digits are correct. */
     int digits;
     /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: if nonzero, states are computed
      * only up to a rotation about e3, at lower cost. On rotating supports, kr_top_create returns
@@ -467,9 +467,9 @@ typedef struct kr_term {
 /* Returns the sum of n terms at a state. */
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
-/* If g is a multiple of the spin, an event also occurs when friction stops the spin, but none when
- * the top slides again. |g| counts as zero if it is below 2^-50 times an upper bound of |g| during
- * a step. At the beginning, until |g| is larger, this limit is 2^-40 times the bound. */
+/* If the function g is a multiple of the spin, an event also occurs when friction stops the spin,
+ * but none when the top slides again. |g| counts as zero below 2^-50 times an upper bound of |g|
+ * during a step or, until a sign of g is known, below 2^-40 times this bound. */
 typedef struct kr_event {
     const kr_term *terms;     /* the `count` terms of g */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */

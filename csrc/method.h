@@ -17,8 +17,8 @@ typedef struct body_dd {
 /* The state of motion of a top, in internal axes and units. The internal axes of methods with
  * KR_METHOD_DIGITS are the principal axes N, B, T. For other methods, the axes are permuted so that
  * T is the symmetry axis or, if all moments differ, B has the intermediate moment. The internal
- * units are powers of two times the user's units, in which the largest moment of inertia and the
- * rate of rotation are about one. Methods with KR_METHOD_ABSOLUTE use the user's unit of time. */
+ * units are powers of two times the user's units, chosen so that the largest moment of inertia and
+ * the rate of rotation are about 1. Methods with KR_METHOD_ABSOLUTE use the user's unit of time. */
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
@@ -36,9 +36,9 @@ typedef struct kr_motion {
     int skip_heading;
     /* The number of requested digits, or 0 if `tol` is used. */
     int digits;
-    /* Low words of a state. The driver sets q for kr_method.reset and, with more than 16 digits, m:
-     * the momentum is then along the internal axes instead of e1, e2, e3. With more than 16 digits,
-     * kr_method.at reads the low word of its time from t, and writes q and m. */
+    /* Low words of a state. Before kr_method.reset, the driver sets q and, with over 16 digits, m:
+     * the momentum is then along the internal axes instead of e1, e2, e3. Before kr_method.at, the
+     * driver sets t to the low word of `clock`; with over 16 digits, `at` writes q and m. */
     kr_state low;
     body_dd *body; /* set by the method, or with more than 16 digits by the driver */
     /* The user's scene, with the initial state that was set last. Closed forms use the scene,
@@ -63,8 +63,8 @@ static inline body_dd make_body_dd(const kr_motion *motion, kr_vec3 com)
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
 typedef struct kr_step_polynomial {
     int order; /* at most KR_POLYNOMIAL_ORDER_MAX */
-    /* Taylor coefficients in tau = (time - begin) * rate: x of (q, 0, P), w of (0, W), with the
-     * attitude q and, in the body, the vertical P and the angular velocity W / `rate`; |W| < 1. */
+    /* Taylor coefficients in tau = (time - begin) * rate: x of (q, 0, P), w of (0, W). In the body
+     * frame, P is the vertical, and W is the angular velocity divided by `rate`, with |W| < 1. */
     const double (*x)[8], (*w)[4];
     double end_x[8], end_w[4]; /* values at the end of the step */
     double rate, span;
@@ -88,9 +88,9 @@ typedef struct kr_step_polynomial {
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* A function of time, to which the derivative of the torque by a parameter is proportional if the
- * attitude is fixed: g(t) = gravity - A r^2 cos(r t + phase) (kreisel.h; STRENGTH), 1 (UNIFORM), or
- * the derivative of g(t) by A (AMPLITUDE), by r (RATE) or by phase (PHASE). */
+/* The factor that depends on time in the derivative of the torque by a parameter, at a fixed
+ * attitude. STRENGTH: g(t) = gravity - A r^2 cos(r t + phase) (kreisel.h). UNIFORM: 1. AMPLITUDE,
+ * RATE and PHASE: the derivative of g(t) by A, by r and by phase. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,

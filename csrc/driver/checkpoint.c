@@ -155,11 +155,11 @@ static int is_valid_saved_top(const kr_top *top, const kr_top *image, const unsi
            is_valid_motion(top, &image->saved, work + work_bytes(top));
 }
 /* Returns 1 if an event search state is valid for a top that has taken `steps` steps, else 0. */
-static int is_valid_search(const kr_event_search *own, int64_t steps)
+static int is_valid_search(const kr_event_search *search, int64_t steps)
 {
-    return own->searched >= -1 && own->searched <= steps && own->mark >= 0.0 && own->mark <= 2.0 &&
-           isfinite(own->next) && own->side >= -1 && own->side <= 1 && own->sign >= -1 &&
-           own->sign <= 1;
+    return search->searched >= -1 && search->searched <= steps && search->mark >= 0.0 &&
+           search->mark <= 2.0 && isfinite(search->next) && search->side >= -1 &&
+           search->side <= 1 && search->sign >= -1 && search->sign <= 1;
 }
 /* Returns 1 if the event records at `from` belong to the events of `top`, in this order, and are
  * valid after `steps` steps; else 0. If `restore` is nonzero, also restores the search states. */

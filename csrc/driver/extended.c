@@ -29,9 +29,9 @@ static vec_dd turn_back_accurately(quat_dd q, vec_dd v)
     const vec_dd across = vdd_scale_exactly(2.0, vdd_cross(v, q.v));
     return vdd_add(v, vdd_add(vdd_scale(q.w, across), vdd_cross(across, q.v)));
 }
-/* Returns the change of the vector (q axes)* m (q axes) if `low` is added to q and m of `start`.
- * Here, `axes` is kr_body.axes, or 1 unless top->is_turned. This vector is the momentum along the
- * principal axes, multiplied by |q axes|^2: the quaternions are not normalized. */
+/* Returns how much (q a)* m (q a) changes if `low` is added to q and m of `start`. Here, a is
+ * kr_body.axes if top->is_turned, else 1. Since q and a are not normalized, (q a)* m (q a) is the
+ * momentum along the principal axes, multiplied by |q a|^2. */
 static vec_dd find_body_momentum_change(const kr_top *top, const kr_state *start,
                                         const kr_state *low)
 {
@@ -46,8 +46,8 @@ static vec_dd find_body_momentum_change(const kr_top *top, const kr_state *start
     return top->is_turned ? qdd_mul(qdd_mul(qdd_conj(axes), sum), axes).v : sum.v;
 }
 /* Returns the momentum of the state start + low, along the internal axes. If `low` is NULL (zero),
- * the relative error of each component is about one rounding error of double-double arithmetic. The
- * small moment of inertia of a thin rod would amplify larger errors. */
+ * the relative error of each component is about one rounding error of double-double arithmetic. In
+ * the angular velocity of a thin rod, its small moment of inertia would amplify larger errors. */
 static vec_dd find_internal_momentum(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_quat axes = top->scene.body.axes;
@@ -100,7 +100,7 @@ static void find_diagonalization_residual(const kr_body *body, double inertia_un
 }
 /* Applies to the symmetric matrix a + diag(moments) the Jacobi rotation that annihilates its
  * element (p, p + 1), with indices modulo 3. Updates `a` and the product `rest` of all rotations.
- * Keeping `moments` apart from `a` preserves digits of small moments and of small differences. */
+ * Storing `moments` apart from `a` keeps the digits of small moments and of their differences. */
 static void apply_jacobi_rotation_dd(const double moments[3], dd a[3][3], quat_dd *rest, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
@@ -120,8 +120,8 @@ static void apply_jacobi_rotation_dd(const double moments[3], dd a[3][3], quat_d
     a[q][r] = a[r][q] = dd_add(dd_mul(s, apr), dd_mul(c, aqr));
 }
 /* Corrects the rounded principal axes and moments of a body that was given by a tensor. If two
- * moments are equal, rounding errors alone determine the axes of these moments. Such axes are not
- * corrected if results depend on them: with tangents, or with unequal damping along them. */
+ * moments are equal, rounding errors alone would determine how far their axes turn. Such axes are
+ * not corrected if results depend on them: with tangents, or with unequal damping along them. */
 static void refine_principal_axes(kr_top *top, double inertia_unit)
 {
     const kr_body *given = &top->scene.body;

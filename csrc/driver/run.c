@@ -18,7 +18,7 @@ enum {
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
 /* Returns the bound that |t| of a requested time must not reach: `horizon` or, for a fixed-step
- * method, at most 2^50 * |step|, beyond which two grid points could round to the same double. */
+ * method, at most 2^50 * |step|, because two later grid times could round to the same double. */
 static double limit_horizon_to_grid(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
@@ -350,8 +350,8 @@ void kr_top_free(kr_top *top)
     }
     free(top);
 }
-/* Replaces `top` by the newly initialized top `begun`, but keeps its work arrays. begun->main.work
- * is top->main.work or, without dense output, top->side.work, which is then copied. */
+/* Replaces `top` by the newly initialized top `begun`, but keeps the work arrays of `top`. Without
+ * dense output, begun->main has used top->side.work, which is copied to top->main.work. */
 static void replace_top(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;

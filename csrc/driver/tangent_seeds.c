@@ -60,13 +60,13 @@ static vec_dd find_internal_lever(const seed_list *to, dd weight, vec_dd com)
 }
 /* Adds and returns the seed of a parameter on which lever = mass * gravity * com depends. Arguments
  * are in the user's units. On a support that is not shaken, the derivative of the lever by the
- * parameter is weight * com. On a shaken support, the derivative is mass * com times the function
+ * parameter is weight * arm. On a shaken support, the derivative is mass * arm times the function
  * of time `timing` (kr_timing, method.h). */
-static kr_seed *add_lever_seed(seed_list *to, dd weight, double mass, vec_dd com, kr_timing timing)
+static kr_seed *add_lever_seed(seed_list *to, dd weight, double mass, vec_dd arm, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);
-    seed->lever = find_internal_lever(to, weight, com);
-    seed->pull = find_internal_lever(to, dd_of(mass), com);
+    seed->lever = find_internal_lever(to, weight, arm);
+    seed->pull = find_internal_lever(to, dd_of(mass), arm);
     seed->timing = timing;
     return seed;
 }

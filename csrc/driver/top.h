@@ -111,8 +111,8 @@ static inline double kr_step_directed(double step, int back)
     const double size = fabs(step);
     return !back ? size : size > 0.0 ? -size : -0.1;
 }
-/* Sets the current state to the state at the end of the last step. Does nothing if this end is
- * later than t or not later than the last requested time, in the direction of time. */
+/* Sets the current state to the state at the end of the last step, if this end is later than the
+ * last requested time and not later than t, in the direction of time. Otherwise does nothing. */
 kr_status kr_top_sync(kr_top *top, double t);
 /* After a failure, sets the main motion to its last valid state, by repeating the steps from the
  * saved motion. Returns the error of the failed step, or KR_ERR_NOT_FINITE if it reported none. */

@@ -25,8 +25,8 @@ typedef struct {
     kr_vec3 residual; /* J V - (M - R) */
 } attempt;
 
-/* Returns the `attempt`, with its residual, for an approximate angular velocity V. M and P are the
- * momentum and the vertical at the beginning of the step, in the body frame. */
+/* Returns the residual for an approximate angular velocity V, and the quantities in its formula. M
+ * and P are the momentum and the vertical at the beginning of the step, in the body frame. */
 static attempt make_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
     attempt a = {.y = v_scale(0.25 * motion->step, V)};

@@ -8,10 +8,10 @@
  * conjugating map, called the processor, is the flow of the Hamiltonian G = k d<A,P>/dt over one
  * unit of time:
  *     angular velocity in the body frame: -k J^-1 N,   dm/dt = q (k P x (W x A)) q*
- * The implicit midpoint rule integrates the flow, so that -k inverts +k (Takahashi and Imada 1984;
- * Rowlands 1991). The processor is applied when a state is read, and its inverse when a state is
- * set; the steps in between do not need it. The modified kick conserves the vertical momentum, and
- * for a Lagrange top also the axial momentum. */
+ * The flow is integrated by the implicit midpoint rule: the map for -k is then the inverse of the
+ * map for k (Takahashi and Imada 1984; Rowlands 1991). The processor is applied when a state is
+ * read, and its inverse when a state is set; the steps in between do not need it. The modified kick
+ * conserves the vertical momentum, and for a Lagrange top also the axial momentum. */
 #ifndef KR_MODIFIED_KICK_H
 #define KR_MODIFIED_KICK_H
 #include <float.h>
@@ -52,8 +52,8 @@ static inline kr_vec3 modified_kick_impulse(const modified_kick *kick, kr_quat q
     return v3(-part * kick->h * a.y, part * kick->h * a.x, 0.0);
 }
 /* Returns 1 if the top rotates by at most max_angle radians per step, else 0. The estimated rate of
- * rotation is the maximum that the energy of `start` permits or, if that is smaller, the largest
- * rate that the momentum of the rotor alone can cause. */
+ * rotation is the larger of two rates: the largest that the energy of `start` permits, and the
+ * largest that the momentum of the rotor alone can cause. */
 static inline int modified_kick_is_step_small(const modified_kick *kick, const kr_state *start,
                                               double max_angle)
 {
@@ -66,8 +66,8 @@ static inline int modified_kick_is_step_small(const modified_kick *kick, const k
     return kick->h * kick->h * fmax(rate2, carried * carried) <= max_angle * max_angle;
 }
 /* Applies the processor, or its inverse if `sign` is -1, to q and m. Returns KR_ERR_STEP_SIZE, and
- * leaves both unchanged, if h^2 |A| exceeds twice the smallest moment of inertia, because the
- * change of the potential is then not small, or if the midpoint iteration does not converge. */
+ * leaves q and m unchanged, if the midpoint iteration does not converge, or if the modification of
+ * the potential is not small: if h^2 |A| exceeds twice the smallest moment of inertia. */
 static inline kr_status modified_kick_apply_processor(const modified_kick *kick, double sign,
                                                       kr_quat *q, kr_vec3 *m)
 {

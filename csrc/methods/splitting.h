@@ -115,15 +115,15 @@ static inline void splitting_rotate_about_axis(double half_angle, double *mj, do
     *rj = p + (c * p + s * q);
     *rk = q + (c * q - s * p);
 }
-static inline void splitting_turn_n(splitting_body *b, double rate)
+static inline void splitting_turn_n(splitting_body *b, double half_angle_per_momentum)
 {
-    splitting_rotate_about_axis(rate * b->m.x, &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y,
-                                &b->r.z);
+    splitting_rotate_about_axis(half_angle_per_momentum * b->m.x, &b->m.y, &b->m.z, &b->r.w,
+                                &b->r.x, &b->r.y, &b->r.z);
 }
-static inline void splitting_turn_t(splitting_body *b, double rate)
+static inline void splitting_turn_t(splitting_body *b, double half_angle_per_momentum)
 {
-    splitting_rotate_about_axis(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x,
-                                &b->r.y);
+    splitting_rotate_about_axis(half_angle_per_momentum * b->m.z, &b->m.x, &b->m.y, &b->r.w,
+                                &b->r.z, &b->r.x, &b->r.y);
 }
 /* Rotates the attitude q about the momentum m by the angle part * step * |m| / I_B, and normalizes
  * q. Unless `b` is NULL, the rotation 1 + b->r of the body is applied as well. The norm of q is
@@ -205,14 +205,14 @@ static inline void splitting_drift(splitting *s, double part)
     else
         splitting_drift_plain(s, part);
 }
-/* Writes the state to `out`. Undoes the fraction `part` of a kick, which m already includes, and
- * applies the accumulated rotation about the principal axis T. */
-static inline void splitting_read(const splitting *s, const kr_motion *motion, double part,
+/* Writes the state to `out`. Undoes the part of the next kick that m already includes (a fraction
+ * `kick_part` of the kick), and applies the accumulated rotation about the principal axis T. */
+static inline void splitting_read(const splitting *s, const kr_motion *motion, double kick_part,
                                   kr_state *out)
 {
     double sine, cosine;
     sin_cos(s->steps * s->s, &sine, &cosine);
-    out->m = v_axpy(-part * motion->step, motion_torque(motion, s->q), s->m);
+    out->m = v_axpy(-kick_part * motion->step, motion_torque(motion, s->q), s->m);
     out->q = q_mul_z(s->q, cosine, sine);
 }
 #endif
