@@ -72,7 +72,7 @@ static inline void KR_F(kr_step_add_product)(const KR_REAL p[4], const KR_REAL q
 }
 /* Rotates the body about an axis by the angle 2 rate M[axis]. Updates the momentum M along the body
  * axes. Multiplies 1 + r, the quaternion of all rotations so far, by this rotation on the right. */
-static inline void KR_F(kr_step_turn)(int axis, KR_REAL rate, KR_REAL M[3], KR_REAL r[4])
+static inline void KR_F(kr_step_turn_about_axis)(int axis, KR_REAL rate, KR_REAL M[3], KR_REAL r[4])
 {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
     const KR_REAL half = rate * M[axis], y = M[j], z = M[k], a = r[0], b = r[1 + axis],
@@ -112,8 +112,8 @@ KR_STEP_API void KR_F(kr_step)(const KR_REAL moments[3], KR_REAL q[4], KR_REAL m
     const KR_REAL n = KR_C(0.5) * h * ((B - N) / (N * B)), t = KR_C(0.5) * h * ((B - T) / (T * B));
     KR_F(kr_step_rotate)(p, KR_C(-1), v, M);
     for (int i = first; i <= last; i++) {
-        if (i > first) KR_F(kr_step_turn)(2, part[i] * t, M, r);
-        if (B != N) KR_F(kr_step_turn)(0, KR_C(0.5) * (part[i] + part[i + 1]) * n, M, r);
+        if (i > first) KR_F(kr_step_turn_about_axis)(2, part[i] * t, M, r);
+        if (B != N) KR_F(kr_step_turn_about_axis)(0, KR_C(0.5) * (part[i] + part[i + 1]) * n, M, r);
     }
     for (int i = 0; i < 3; i++) v[i] *= h / B;
     KR_F(kr_step_cosm1_sinc)(KR_C(0.25) * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]), &e[0], &sinc);

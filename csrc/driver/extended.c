@@ -32,8 +32,8 @@ static vec_dd turn_back_accurately(quat_dd q, vec_dd v)
 /* Returns how much (q a)* m (q a) changes if `low` is added to q and m of `start`. Here, a is
  * kr_body.axes if top->is_turned, else 1. Since q and a are not normalized, (q a)* m (q a) is the
  * momentum along the principal axes, multiplied by |q a|^2. */
-static vec_dd find_body_momentum_change(const kr_top *top, const kr_state *start,
-                                        const kr_state *low)
+static vec_dd find_momentum_change_by_low(const kr_top *top, const kr_state *start,
+                                          const kr_state *low)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
     const quat_dd q = q_dd(start->q, low->q), high = qdd_of(start->q), rest = qdd_of(low->q),
@@ -56,7 +56,7 @@ static vec_dd find_internal_momentum(const kr_top *top, const kr_state *start, c
     dd square = qdd_square(low ? q_dd(start->q, low->q) : qdd_of(start->q));
     if (top->is_turned) square = dd_mul(square, qdd_square(qdd_of(axes)));
     vec_dd M = {split_dd(&own, 0), split_dd(&own, 1), split_dd(&own, 2)};
-    if (low) M = vdd_add(M, find_body_momentum_change(top, start, low));
+    if (low) M = vdd_add(M, find_momentum_change_by_low(top, start, low));
     M = (vec_dd){dd_div(M.x, square), dd_div(M.y, square), dd_div(M.z, square)};
     return top->is_turned ? turn_back_accurately(top->body.rest, M) : M;
 }
@@ -68,7 +68,7 @@ static vec_dd rotate_to_internal_axes(const kr_top *top, kr_vec3 v)
 }
 
 /* Returns 1 if the tensor, com and rotor in body->given result in the numbers of `body`, else 0. */
-static int matches_given(const kr_body *body)
+static int matches_given_tensor(const kr_body *body)
 {
     const kr_given *given = &body->given;
     kr_body made;
@@ -155,7 +155,7 @@ static void set_body(kr_top *top, double inertia_unit)
     const dd product = two_product(pull.gravity, pull.mass),
              weight = dd_make(ldexp(product.hi, power), ldexp(product.lo, power));
     top->body = make_body_dd(&top->main, pull.com);
-    if (matches_given(body)) {
+    if (matches_given_tensor(body)) {
         const kr_pull given = kr_scene_pull(&top->scene, body->given.com);
         refine_principal_axes(top, inertia_unit);
         top->body.com = vdd_scale_exactly(ldexp(1.0, given.power - pull.power),

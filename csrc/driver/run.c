@@ -318,7 +318,7 @@ kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t 
     *top = made;
     return KR_OK;
 }
-static size_t count_extra_memory(const kr_method *method, const kr_scene *scene)
+static size_t count_doubles_beyond_work(const kr_method *method, const kr_scene *scene)
 {
     return method->extra_doubles ? method->extra_doubles(scene) : 0;
 }
@@ -330,7 +330,7 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     if (status == KR_OK && !method) status = KR_ERR_NO_METHOD;
     if (status == KR_OK) status = out ? check_config(scene, method, &config) : KR_ERR_ARGUMENT;
     if (status == KR_OK)
-        status = kr_top_alloc(method, &config, count_extra_memory(method, scene), &top);
+        status = kr_top_alloc(method, &config, count_doubles_beyond_work(method, scene), &top);
     if (status != KR_OK) return status;
     status = initialize_top(top, scene, NULL, method, &config);
     if (status == KR_OK) {
@@ -379,7 +379,7 @@ kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
     kr_motion *spare = top->method->at ? &top->main : &top->side;
     kr_status status = kr_scene_check(scene);
     if (status == KR_OK) status = check_config(scene, top->method, config);
-    if (status == KR_OK && count_extra_memory(top->method, scene) > top->extra)
+    if (status == KR_OK && count_doubles_beyond_work(top->method, scene) > top->extra)
         status = KR_ERR_MEMORY;
     if (status != KR_OK) return status;
     kr_top begun = {.events = top->events,

@@ -83,7 +83,7 @@ static kr_status poll_and_check_limit(kr_top *top, int64_t steps)
 }
 /* Checks the main motion, saves it for recovery, and checks the step limit. If the motion is
  * invalid, restores its last valid state and returns an error code. */
-static kr_status save_valid_main(kr_top *top)
+static kr_status save_valid_main_and_poll(kr_top *top)
 {
     if (!is_main_motion_valid(top)) return kr_steps_recover(top);
     kr_steps_save(top);
@@ -93,7 +93,8 @@ static kr_status save_valid_main(kr_top *top)
 kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state)
 {
     while (top->steps < goal) {
-        const kr_status status = top->steps >= top->inspect_at ? save_valid_main(top) : KR_OK;
+        const kr_status status =
+            top->steps >= top->inspect_at ? save_valid_main_and_poll(top) : KR_OK;
         if (status != KR_OK) return status;
         if (step_main_motion(top, 0.0) != KR_OK) return kr_steps_recover(top);
     }
@@ -102,7 +103,7 @@ kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state)
 }
 kr_status kr_steps_adaptive(kr_top *top)
 {
-    kr_status status = save_valid_main(top);
+    kr_status status = save_valid_main_and_poll(top);
     if (status != KR_OK) return status;
     const double clock = top->main.clock;
     kr_state before = {0};
@@ -154,7 +155,7 @@ kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_s
     const kr_stats *spent = &top->side.stats;
     kr_stats *total = &top->main.stats;
     kr_state state;
-    kr_status status = top->steps >= top->inspect_at ? save_valid_main(top) : KR_OK;
+    kr_status status = top->steps >= top->inspect_at ? save_valid_main_and_poll(top) : KR_OK;
     if (status != KR_OK) return status;
     /* A zero quaternion would be treated as the identity, so invalid states are rejected here. */
     if (!is_good_state(top, from)) return kr_steps_recover(top);

@@ -7,7 +7,7 @@
 enum { STATES_PER_CALL = 64 };
 
 /* Returns a lower bound on kr_scene_horizon (kreisel.h), the limit on |t|, at less cost. */
-static double bound_horizon_below(const kr_scene *s)
+static double bound_time_horizon_below(const kr_scene *s)
 {
     const kr_vec3 A = s->body.inertia, m = s->start.m;
     const double least = fmin(A.x, fmin(A.y, A.z)),
@@ -16,12 +16,12 @@ static double bound_horizon_below(const kr_scene *s)
     return 0x1p52 / fmax(turning, swing);
 }
 /* Returns 1 if the initial time and the requested times of top i are monotonic and in magnitude
- * below bound_horizon_below, and at most config->max_steps (if > 0) times are requested. */
+ * below bound_time_horizon_below, and at most config->max_steps (if > 0) times are requested. */
 static int are_times_valid(const kr_config *config, const kr_tops *tops, size_t i)
 {
     const kr_scene *scene = &tops->scenes[i];
     const double *t = kr_worker_times_of(tops, i), start = scene->start.t,
-                 horizon = bound_horizon_below(scene);
+                 horizon = bound_time_horizon_below(scene);
     const double forward = tops->times > 0 && t[tops->times - 1] < start ? -1.0 : 1.0;
     double before = start;
     int plain = fabs(start) < horizon &&

@@ -6,7 +6,7 @@
 
 /* Evaluates the Taylor polynomials of every lane at the time `end`, and stores the result as the
  * end of the step. Returns the vertical, the angular velocity and the heading at `end`. */
-INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
+INLINE lane_point evaluate_and_store_ends(kr_lanes *l, wide end, int headless)
 {
     const lane_point r = evaluate_lane_series(l, l->order, end, headless);
     wide_store(l->end, end);
@@ -16,7 +16,7 @@ INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
     return r;
 }
 /* Advances every lane by one step. Returns the result of kr_lanes_isa.advance (lane_state.h). */
-INLINE unsigned step_lanes(kr_lanes *l, int flags)
+INLINE unsigned step_lanes_and_find_stopped(kr_lanes *l, int flags)
 {
     const int headless = flags & KR_LANES_HEADLESS;
     const wide t = wide_load(l->end);
@@ -27,10 +27,10 @@ INLINE unsigned step_lanes(kr_lanes *l, int flags)
     expand_lane_series(l, flags);
     const wide forward = wide_load(l->forward);
     wide end = wide_fma(forward, lane_step_size(l, headless), t);
-    lane_point r = end_lane_steps(l, end, headless);
+    lane_point r = evaluate_and_store_ends(l, end, headless);
     if (!(flags & KR_LANES_DAMPED) && l->tangents) {
         const wide reached = propagate_tangent_over_step(l, l->tangents);
-        if (!mask_all(wide_equal(reached, end))) r = end_lane_steps(l, reached, headless);
+        if (!mask_all(wide_equal(reached, end))) r = evaluate_and_store_ends(l, reached, headless);
         end = reached;
     }
     const wide steps = wide_load(l->steps) + 1.0;
@@ -49,7 +49,7 @@ INLINE unsigned step_lanes(kr_lanes *l, int flags)
     static unsigned name(kr_lanes *l, int steps)                                                   \
     {                                                                                              \
         unsigned called = 0;                                                                       \
-        while (!called && steps-- > 0) called = step_lanes(l, flags);                              \
+        while (!called && steps-- > 0) called = step_lanes_and_find_stopped(l, flags);             \
         return called;                                                                             \
     }
 ADVANCE(advance_with_heading, 0)
@@ -77,7 +77,7 @@ void KR_NAME(kr_lanes_sample)(kr_lanes *l)
     const lane_quat m = lane_quat_mul(lane_quat_mul(q, momentum), lane_quat_conj(q));
     lane_quat_store(l->out_q, lane_quat_mul(q, lane_quat_load(l->axes)));
     lane_vec_store(l->out_m, m.v);
-    if (l->tangents) write_growth(l, l->tangents);
+    if (l->tangents) write_growth_at_sample_time(l, l->tangents);
 }
 void KR_NAME(kr_lanes_begin)(kr_lanes *l) { normalize_initial_tangent(l, l->tangents); }
 const int KR_NAME(kr_lanes_count) = LANES;

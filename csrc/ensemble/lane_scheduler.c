@@ -255,7 +255,7 @@ static int store_sample_and_set_goal(kr_worker *worker, int lane)
     return kr_lane_set_goal(worker, lane) && kr_lane_has_passed_goal(l, lane);
 }
 /* Stores the states of the lanes in the mask `lanes` at all requested times in their last steps. */
-static void sample_lanes(kr_worker *worker, unsigned lanes)
+static void store_samples_in_last_steps(kr_worker *worker, unsigned lanes)
 {
     kr_lanes *l = worker->lanes;
     while (lanes && !kr_worker_poll_after_states(worker)) {
@@ -270,7 +270,7 @@ static void sample_lanes(kr_worker *worker, unsigned lanes)
 /* Advances all lanes by up to STEPS_PER_POLL steps. Then, for each lane in the mask returned by
  * kr_lanes_isa.advance, stores the states or events within the last step or, if this step failed,
  * leaves the top to the scalar code. */
-static void advance_lanes(kr_worker *worker)
+static void advance_lanes_and_store(kr_worker *worker)
 {
     const unsigned called = worker->isa->advance(worker->lanes, STEPS_PER_POLL) & worker->busy;
     unsigned passed = 0;
@@ -283,7 +283,7 @@ static void advance_lanes(kr_worker *worker)
         else
             passed |= 1u << lane;
     }
-    sample_lanes(worker, passed);
+    store_samples_in_last_steps(worker, passed);
     kr_worker_poll(worker);
 }
 /* Returns the first lane without a top, or the number of lanes if there is none. */
@@ -310,7 +310,7 @@ void kr_scheduler_add(kr_worker *worker, size_t i)
 {
     int lane = find_free_lane(worker);
     for (; lane == *worker->isa->lanes && !worker->interrupted; lane = find_free_lane(worker))
-        advance_lanes(worker);
+        advance_lanes_and_store(worker);
     if (worker->interrupted) return;
     kr_slot *slot = &worker->slots[lane];
     const kr_config config = kr_worker_config_of(worker, i);
@@ -346,5 +346,5 @@ void kr_scheduler_add(kr_worker *worker, size_t i)
 }
 void kr_scheduler_drain(kr_worker *worker)
 {
-    while (worker->busy && !worker->interrupted) advance_lanes(worker);
+    while (worker->busy && !worker->interrupted) advance_lanes_and_store(worker);
 }

@@ -16,7 +16,7 @@ INLINE lane_vec lane_vec_load(kr_lane_number *const v)
 {
     return (lane_vec){wide_load(v[0]), wide_load(v[1]), wide_load(v[2])};
 }
-INLINE lane_vec lane_vec_load_once(kr_lane_number *const v)
+INLINE lane_vec lane_vec_load_register(kr_lane_number *const v)
 {
     return (lane_vec){wide_load_to_register(v[0]), wide_load_to_register(v[1]),
                       wide_load_to_register(v[2])};
@@ -169,8 +169,8 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int f
     if (n % 2 == 0) add_middle_products(&a, l, n, flags);
     for (int j = (n - 1) / 2; j > 0; j--) {
         const int m = n - j;
-        const lane_vec wj = lane_vec_load_once(l->w[j]), wm = lane_vec_load_once(l->w[m]);
-        const lane_vec pj = lane_vec_load_once(l->p[j]), pm = lane_vec_load_once(l->p[m]);
+        const lane_vec wj = lane_vec_load_register(l->w[j]), wm = lane_vec_load_register(l->w[m]);
+        const lane_vec pj = lane_vec_load_register(l->p[j]), pm = lane_vec_load_register(l->p[m]);
         /* The order of these independent sums was the fastest in measurements. */
         add_cross_products(&a, wm, pj);
         add_cross_products(&a, wj, pm);

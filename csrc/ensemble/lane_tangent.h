@@ -354,7 +354,7 @@ INLINE wide propagate_tangent_over_step(kr_lanes *l, kr_lane_tangents *g)
 }
 /* Writes the growth of the tangents up to the times l->at, which lie in the last step, to g->out.
  * Writes NaN to g->out[KR_GROWTH_LOG] in a lane whose tangent cannot be propagated that far. */
-INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
+INLINE void write_growth_at_sample_time(kr_lanes *l, kr_lane_tangents *g)
 {
     const wide at = wide_load(l->at), tiny = wide_splat(0x1p-1000);
     const wide t = wide_max(wide_load(l->forward) * at, tiny);

@@ -148,7 +148,7 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
     for (int i = 1; i < 4; i++) add_series_product(v, P[i] + PAD, M[i] + PAD, c);
 }
 
-static void add_momentum(const step_view *v, double factor, int axis, double *c)
+static void add_momentum_along_space_axis(const step_view *v, double factor, int axis, double *c)
 {
     const kr_motion *motion = &v->top->main;
     if (kr_scene_is_disturbed(&v->top->scene)) {
@@ -170,7 +170,8 @@ static void add_momentum(const step_view *v, double factor, int axis, double *c)
 }
 /* Adds to c `factor` times <along, U>, where U is the angular velocity of the top relative to the
  * support, and `along` a body-fixed vector. */
-static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
+static void add_support_relative_velocity(const step_view *v, double factor, kr_vec3 along,
+                                          double *c)
 {
     double turning[3];
     add_velocity_component(v, v_scale(factor, along), c);
@@ -203,7 +204,7 @@ static void add_component(const step_view *v, double factor, int number, double 
         break;
     }
     case KR_QUANTITY_m:
-        add_momentum(v, factor, axis, c);
+        add_momentum_along_space_axis(v, factor, axis, c);
         break;
     case KR_QUANTITY_apex:
         if (axis == 2)
@@ -212,10 +213,10 @@ static void add_component(const step_view *v, double factor, int number, double 
             add_space_component(v, axis, v_scale(factor, apex), c);
         break;
     case KR_QUANTITY_body_velocity:
-        add_relative_velocity(v, factor, find_description_axis(v, axis), c);
+        add_support_relative_velocity(v, factor, find_description_axis(v, axis), c);
         break;
     case KR_QUANTITY_spin:
-        add_relative_velocity(v, factor, apex, c);
+        add_support_relative_velocity(v, factor, apex, c);
         break;
     case KR_QUANTITY_inertial_velocity:
         add_velocity_component(v, v_scale(factor, find_description_axis(v, axis)), c);
@@ -302,8 +303,8 @@ static void expand_event_in_step(const step_view *v, const kr_event *e, double *
 }
 /* Writes the value of an event function at the end of the step p to c[0] and, for an extremum
  * event, its derivative by the time in units of 1 / p->rate to c[1]. */
-static void expand_event_at_end(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
-                                double *c)
+static void evaluate_event_at_step_end(const kr_top *top, const kr_step_polynomial *p,
+                                       const kr_event *e, double *c)
 {
     const kr_vec3 A = top->main.inertia,
                   lever = v_scale(1.0 / (p->rate * p->rate), top->main.lever);
@@ -365,7 +366,7 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
         if (first) c[n] = (n + 1) * c[n + 1];
         reached[n % 2] += c[n];
     }
-    expand_event_at_end(top, p, e, end);
+    evaluate_event_at_step_end(top, p, e, end);
     c[degree] += (first ? end[1] * p->span : end[0]) - (reached[0] + reached[1]);
     return degree;
 }

@@ -79,7 +79,7 @@ static int get_attitude_map_to_user(body_data *known, int exchanged, kr_quat out
     if (!exchanged && !known->turned) return 0;
     if (!known->framed[exchanged]) {
         if (exchanged) set_up_down_map(frame);
-        if (known->turned) add_inverse_axes_to_map(frame, exchanged, known->axes);
+        if (known->turned) multiply_map_by_inverse_axes(frame, exchanged, known->axes);
         known->framed[exchanged] = 1;
     }
     memcpy(out, frame, sizeof known->frame[exchanged]);
@@ -290,7 +290,7 @@ static void convert_and_write_group(const kr_exact_request *request, group g, la
     exact_lanes *exact = &s->exact;
     if (mask_any(below)) {
         exact_lanes turned = *exact;
-        restore_up_and_down(&turned);
+        undo_exchange_up_and_down(&turned);
         copy_selected_lanes(exact, &turned, sizeof turned, below);
     }
     exact->spin_angle_rate = wide_choose(is_negative(reach), 0.0 - exact->spin_angle_rate,
@@ -308,7 +308,7 @@ static void convert_and_write_group(const kr_exact_request *request, group g, la
     write_group_results(request, g, exact, finite & ~alone & ((1u << count) - 1));
 }
 /* Computes and removes all tops of a queue. Unused SIMD lanes contain copies of the first top. */
-APART void compute_queued_tops(const kr_exact_request *request, batch_queue *w)
+APART void compute_and_empty_queue(const kr_exact_request *request, batch_queue *w)
 {
     lagrange_setup s[GROUPS];
     const int groups = (w->count + LANES - 1) / LANES;
@@ -333,7 +333,7 @@ void KR_NAME(kr_exact_batch)(const kr_exact_request *request)
         if (!known.fits || !add_top_to_queue(queues, scene, i, &known))
             kr_exact_run_top(request, i);
         for (int top = 0; top < 2; top++)
-            if (queues[top].count == MANY) compute_queued_tops(request, &queues[top]);
+            if (queues[top].count == MANY) compute_and_empty_queue(request, &queues[top]);
     }
-    for (int top = 0; top < 2; top++) compute_queued_tops(request, &queues[top]);
+    for (int top = 0; top < 2; top++) compute_and_empty_queue(request, &queues[top]);
 }

@@ -257,7 +257,7 @@ static double integrate_and_correct_period(gyrostat_memory *memory)
 }
 /* Writes to `out` the coefficients of e^{i n theta} in the Fourier series of two complex functions,
  * sampled in memory->sample. Returns the sum of the magnitudes of the four numbers in `out`. */
-static double fourier_coefficient(const gyrostat_memory *memory, int n, double out[4])
+static double find_fourier_coefficient(const gyrostat_memory *memory, int n, double out[4])
 {
     double sum[4] = {0.0, 0.0, 0.0, 0.0};
     for (int k = 0; k < SAMPLES; k++) {
@@ -293,7 +293,8 @@ static double set_log_norm_and_bound_range(gyrostat_memory *memory)
     for (int n = 1, small = 0; small < 3; n++) {
         double f[4];
         if (n == SAMPLES / 2) return INFINITY;
-        const double scale = -2.0 / (n * n), size = fourier_coefficient(memory, n, f) / (n * n);
+        const double scale = -2.0 / (n * n),
+                     size = find_fourier_coefficient(memory, n, f) / (n * n);
         for (int k = 0; k < SAMPLES; k++) {
             const int at = n * k % SAMPLES;
             memory->log_d[k] += scale * (f[0] * memory->cosine[at] - f[1] * memory->sine[at]);
@@ -325,7 +326,7 @@ static int set_plan_coefficients(gyrostat_memory *memory)
     double all[COUNTED][4], size[COUNTED];
     int peak = 0;
     for (int i = 0; i < COUNTED; i++) {
-        size[i] = fourier_coefficient(memory, i - HIGHEST, all[i]);
+        size[i] = find_fourier_coefficient(memory, i - HIGHEST, all[i]);
         peak = size[i] > size[peak] ? i : peak;
     }
     const double least = 3e-16 * size[peak]; /* a bound on rounding errors of the samples */

@@ -114,7 +114,7 @@ static int make_arcs(const chaplygin_curve *o, const dd u[2], chaplygin_arc arc[
     return 1;
 }
 /* Returns P, and writes |u| to `abs_u`. ss and cc are the squares of sin(x/2) and cos(x/2). */
-static dd evaluate_P_and_size(const chaplygin_arc *arc, dd ss, dd cc, dd *abs_u)
+static dd evaluate_P_and_abs_u(const chaplygin_arc *arc, dd ss, dd cc, dd *abs_u)
 {
     const chaplygin_curve *o = arc->curve;
     const dd D = dd_add(dd_mul(arc->C, ss), cc);
@@ -152,7 +152,7 @@ static void sample_integrands(const void *arc, const cosine_table *t, int i, dd 
 {
     const dd c = dd_half(dd_plus(t->c[i], 1.0)), s = dd_half(dd_sub(dd_of(1.0), t->c[i]));
     dd size;
-    out[0] = evaluate_P_and_size(arc, s, c, &size);
+    out[0] = evaluate_P_and_abs_u(arc, s, c, &size);
     out[1] = dd_mul(out[0], size);
 }
 /* Sets the averages and the sine series of an arc. Returns 0 if the averages do not converge. */
@@ -384,7 +384,7 @@ static double convert_samples_to_fourier(chaplygin_work *w, int n, double v[])
     return last;
 }
 /* Returns the growth [turns] of the phase of term k of psi in `alpha1_turns` turns of alpha1. */
-static dd find_phase_growth(const kr_chaplygin_plan *plan, dd rho, int k, double alpha1_turns)
+static dd find_term_phase_growth(const kr_chaplygin_plan *plan, dd rho, int k, double alpha1_turns)
 {
     const dd turns = dd_times(alpha1_turns * (k + 0.5 * !plan->is_whole), rho);
     return dd_make(turns.hi - nearest(turns.hi), turns.lo);
@@ -398,7 +398,7 @@ static int append_slow_term(kr_chaplygin_plan *plan, dd rho, int k, double miss,
     kr_slow_term *e = &plan->slow[plan->slow_terms++];
     double unused;
     const dd phase = dd_times(2 * k + !plan->is_whole, half_alpha2);
-    dd step = dd_plus(find_phase_growth(plan, rho, k, 1.0), 0.5);
+    dd step = dd_plus(find_term_phase_growth(plan, rho, k, 1.0), 0.5);
     step.hi -= nearest(step.hi);
     e->value = 2.0 * miss;
     e->phase = (phase.hi - nearest(phase.hi)) + phase.lo + (plan->is_psi_odd ? 0.0 : 0.25);
@@ -416,8 +416,9 @@ static int convert_changes_to_series(kr_chaplygin_plan *plan, dd rho, int n, dd 
     for (int k = 0; k < n / 2; k++) {
         double *const re = plan->term + plan->first + k, *const im = re + n / 2;
         cx step, across, sum = cx_of(0.0, 0.0);
-        sincos_turns(find_phase_growth(plan, rho, k, 0.5 / plan->sections), &step.im, &step.re);
-        sincos_turns(find_phase_growth(plan, rho, k, 0.5), &across.im, &across.re);
+        sincos_turns(find_term_phase_growth(plan, rho, k, 0.5 / plan->sections), &step.im,
+                     &step.re);
+        sincos_turns(find_term_phase_growth(plan, rho, k, 0.5), &across.im, &across.re);
         for (int at = 0; at < plan->sections * n; at += n)
             sum = cx_mul(step, cx_add(sum, cx_of(re[at], im[at])));
         const double miss = plan->is_psi_odd ? sum.im : sum.re;
@@ -452,7 +453,7 @@ static void drop_small_terms(kr_chaplygin_plan *plan, int n)
  * alpha1 = pi. Doubles the number of sections until the error of the quadrature is negligible, and
  * then the number n of samples on a section until the last coefficients are negligible. Returns 0
  * if the plan has too little room for coefficients or slow terms. */
-static int make_sections(chaplygin_work *w, dd rho, dd half_alpha2)
+static int fit_heading_series(chaplygin_work *w, dd rho, dd half_alpha2)
 {
     kr_chaplygin_plan *const plan = &w->plan;
     const int room = MOST_TERMS - plan->first;
@@ -532,8 +533,8 @@ static separation find_separation_variables(const torus_start *start)
 }
 /* Returns half of the initial torus angle [turns] of an arc, given u and `root` from
  * find_separation_variables. Writes the periodic part of t to `periodic_t`. Sets e->sign. */
-static dd find_initial_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaplygin_arc *e,
-                             double *periodic_t)
+static dd find_initial_half_alpha(const chaplygin_arc *arc, dd u, cdd root, kr_chaplygin_arc *e,
+                                  double *periodic_t)
 {
     const dd up = dd_max(dd_sub(arc->B, u), dd_of(0.0)),
              down = dd_max(dd_sub(dd_mul(u, arc->C), arc->A), dd_of(0.0)), both = dd_add(up, down);
@@ -548,7 +549,7 @@ static dd find_initial_angle(const chaplygin_arc *arc, dd u, cdd root, kr_chaply
     return dd_add(argument_in_turns(s, c),
                   dd_times(0.5 * sum_arc_sine_series(arc, 0, sine, cosine), turns_per_radian()));
 }
-static void set_slip_bound(kr_chaplygin_plan *plan)
+static void bound_periodic_part_of_tau(kr_chaplygin_plan *plan)
 {
     double bound = 0.0;
     for (int j = 0; j < 2; j++) {
@@ -631,13 +632,13 @@ static kr_refusal fill_plan_except_heading(const torus_start *start, chaplygin_w
         if (!make_cells(w, j)) return KR_REFUSAL_INTEGRALS;
     }
     const dd ratio = set_angle_rates(plan, w->arc);
-    set_slip_bound(plan);
+    bound_periodic_part_of_tau(plan);
     for (int j = 0; j < 2; j++)
-        half[j] = find_initial_angle(&w->arc[j], y.u[j], y.root[j], &plan->arc[j], &time[j]);
+        half[j] = find_initial_half_alpha(&w->arc[j], y.u[j], y.root[j], &plan->arc[j], &time[j]);
     plan->is_psi_odd = plan->arc[0].has_sine[0] == plan->arc[1].has_sine[1];
     plan->is_whole = plan->arc[1].has_sine[0] == plan->arc[1].has_cosine[0];
     const dd second = set_mean_angles(plan, ratio, half, time);
-    return make_sections(w, ratio, second) ? KR_REFUSAL_NONE : KR_REFUSAL_HEADING;
+    return fit_heading_series(w, ratio, second) ? KR_REFUSAL_NONE : KR_REFUSAL_HEADING;
 }
 static kr_refusal make_plan(void *memory, torus_start *start, torus_units *way, double *certificate)
 {

@@ -84,7 +84,7 @@ INLINE cell_place find_cell(const kr_chaplygin_plan *plan, int j, dd half_alpha)
     const kr_chaplygin_arc *const arc = &plan->arc[j];
     const double all = 2.0 * arc->cells;
     const wide ahead = all * (2.0 * half_alpha.hi - nearest(2.0 * half_alpha.hi)),
-               side = minus_where(is_negative(ahead)), place = side * ahead,
+               side = sign_from_mask(is_negative(ahead)), place = side * ahead,
                last = wide_splat(arc->cells - 1.0),
                cell = wide_max(wide_min(nearest(place - 0.5), last), wide_splat(0.0));
     double at[LANES];
@@ -291,7 +291,7 @@ INLINE wide sum_slow_heading_terms(const kr_chaplygin_plan *plan, wide turns)
 INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide turns)
 {
     const wide turn = nearest(2.0 * half[0].hi), ahead = 2.0 * half[0].hi - turn,
-               side = minus_where(is_negative(ahead));
+               side = sign_from_mask(is_negative(ahead));
     /* psi is even or odd in both angles together, and changes its sign after a turn of alpha1. */
     const double all = 2.0 * plan->sections;
     const wide place = side * ahead,
@@ -304,7 +304,7 @@ INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide t
     const wide value = sum_heading_series(plan, section, second) +
                        integrate_heading_from_section(plan, at, left, signed_fraction(second));
     const mask is_odd = wide_less(wide_splat(0.0), wide_abs(0.5 * turn - nearest(0.5 * turn)));
-    const wide sign = minus_where(is_odd) * (plan->is_psi_odd ? side : wide_splat(1.0));
+    const wide sign = sign_from_mask(is_odd) * (plan->is_psi_odd ? side : wide_splat(1.0));
     return sign * value + sum_slow_heading_terms(plan, turns + turn);
 }
 /* Returns the state at `time` in the units of plan->torus. The mean angles are 2 mean[0] + `turns`

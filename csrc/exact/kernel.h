@@ -111,7 +111,7 @@ typedef struct exact_top {
 INLINE mask wide_more(wide a, wide b) { return wide_less(b, a); }
 INLINE mask is_negative(wide a) { return wide_less(a, wide_splat(0.0)); }
 INLINE mask is_positive(wide a) { return wide_less(wide_splat(0.0), a); }
-INLINE wide minus_where(mask negative)
+INLINE wide sign_from_mask(mask negative)
 {
     return wide_choose(negative, wide_splat(-1.0), wide_splat(1.0));
 }
@@ -145,7 +145,7 @@ static inline void set_up_down_map(kr_quat frame[4])
 }
 /* Replaces the linear map f in `frame` by q -> f(q) * conj(axes) or, if `is_set` is 0, by
  * q -> q * conj(axes). `axes` rotates from the internal axes to the frame of description. */
-static inline void add_inverse_axes_to_map(kr_quat frame[4], int is_set, kr_quat axes)
+static inline void multiply_map_by_inverse_axes(kr_quat frame[4], int is_set, kr_quat axes)
 {
     if (!is_set) set_left_right_map(frame, q_one(), q_one());
     for (int i = 0; i < 4; i++) frame[i] = q_mul(frame[i], q_conj(axes));
@@ -403,8 +403,8 @@ static inline dd argument_in_turns(wide y, wide x)
     const wide a = wide_choose(flat, ax, ay),
                b = wide_choose(flat, wide_choose(left, -y, y), wide_choose(below, x, -x));
     const wide quarters =
-        wide_choose(flat, wide_choose(left, wide_splat(0.5), zero), 0.25 * minus_where(below));
-    const wide up = minus_where(is_negative(b));
+        wide_choose(flat, wide_choose(left, wide_splat(0.5), zero), 0.25 * sign_from_mask(below));
+    const wide up = sign_from_mask(is_negative(b));
     const mask far = wide_more(up * b, 0.41421356237309503 * a);
     const wide over = wide_choose(far, b - up * a, b), under = wide_choose(far, a + up * b, a);
     const wide eighth = wide_choose(far, 0.125 * up, zero);
@@ -412,7 +412,7 @@ static inline dd argument_in_turns(wide y, wide x)
     return two_sum(quarters + eighth, arc_tangent_in_turns(tangent));
 }
 /* Returns the angle from the vector (x, y) to the vector (u, v), counterclockwise, in turns. */
-static inline dd angle_in_turns(wide x, wide y, wide u, wide v)
+static inline dd angle_between_in_turns(wide x, wide y, wide u, wide v)
 {
     const dd re = dd_add(two_product(u, x), two_product(v, y)),
              im = dd_sub(two_product(v, x), two_product(u, y));
@@ -509,7 +509,7 @@ static inline exact_top exchange_up_and_down(const exact_top *top)
     return r;
 }
 /* Undoes exchange_up_and_down in a closed form, except in e->frame (see set_up_down_map). */
-static inline void restore_up_and_down(exact_lanes *exact)
+static inline void undo_exchange_up_and_down(exact_lanes *exact)
 {
     exact->side = wide_splat(-1.0);
     exact->constant.z = -exact->constant.z;

@@ -734,7 +734,7 @@ static void fill_plan_arc(const kowalewski_arc *from, kr_kowalewski_arc *to)
     }
 }
 /* Writes the values `one` and `two` of a function at e1 and e2 as a struct pair (kowalewski.h). */
-static void store_root_pair(const kowalewski_curve *o, cdd one, cdd two, double out[2])
+static void store_values_at_root_pair(const kowalewski_curve *o, cdd one, cdd two, double out[2])
 {
     out[0] = one.re.hi;
     out[1] = o->pair ? one.im.hi : two.re.hi;
@@ -757,10 +757,10 @@ static void fill_koetter_constants(const kowalewski_curve *o, kr_kowalewski_plan
     plan->l = o->l.hi, plan->c = o->c.hi, plan->k = o->k.hi;
     plan->pair = o->pair;
     plan->A0 = A[0].re.hi, plan->B0 = B[0].re.hi;
-    store_root_pair(o, A[1], A[2], plan->A);
-    store_root_pair(o, B[1], B[2], plan->B);
-    store_root_pair(o, cdd_mul(A[1], A[1]), cdd_mul(A[2], A[2]), plan->A_square);
-    store_root_pair(o, cdd_mul(B[1], B[1]), cdd_mul(B[2], B[2]), plan->B_square);
+    store_values_at_root_pair(o, A[1], A[2], plan->A);
+    store_values_at_root_pair(o, B[1], B[2], plan->B);
+    store_values_at_root_pair(o, cdd_mul(A[1], A[1]), cdd_mul(A[2], A[2]), plan->A_square);
+    store_values_at_root_pair(o, cdd_mul(B[1], B[1]), cdd_mul(B[2], B[2]), plan->B_square);
     /* The sum of the roots is -h, and A^2 = 2 (e + h). */
     plan->sum = -0.5 * square.hi;
     plan->apart = o->pair ? 2.0 * o->root[2].hi : dd_sub(o->root[1], o->root[2]).hi;
@@ -876,7 +876,7 @@ static void fill_guess_table(kr_kowalewski_plan *plan)
             for (int n = 0; n < 2; n++) plan->guess[i][j][n] = (float)d[n];
         }
 }
-static double dot_entries(const signed char a[4], const signed char b[4])
+static double dot_sign_table_quaternions(const signed char a[4], const signed char b[4])
 {
     int dot = 0;
     for (int i = 0; i < 4; i++) dot += a[i] * b[i];
@@ -900,15 +900,16 @@ static double fill_sign_table(kr_kowalewski_plan *plan, int n)
         signed char *to = node + 4 * i, *before = to - 4 * (i % n > 0 ? 1 : i > 0 ? n : 0);
         for (int k = 0; k < 4; k++)
             to[k] = (signed char)(fabs(part[k]) <= 1.0 ? nearest(127.0 * part[k]) : 0.0);
-        if (dot_entries(before, to) < 0.0)
+        if (dot_sign_table_quaternions(before, to) < 0.0)
             for (int k = 0; k < 4; k++) to[k] = (signed char)-to[k];
     }
     const int corner[2] = {n * (n - 1), n - 1};
-    for (int j = 0; j < 2; j++) plan->half_turns[j] = dot_entries(node + 4 * corner[j], node) < 0.0;
+    for (int j = 0; j < 2; j++)
+        plan->half_turns[j] = dot_sign_table_quaternions(node + 4 * corner[j], node) < 0.0;
     for (int i = 0; i < n * n; i++) {
         const int one = (i + n) % (n * n), two = (i + 1) % n + i / n * n;
-        const double across = dot_entries(node + 4 * i, node + 4 * one),
-                     along = dot_entries(node + 4 * i, node + 4 * two);
+        const double across = dot_sign_table_quaternions(node + 4 * i, node + 4 * one),
+                     along = dot_sign_table_quaternions(node + 4 * i, node + 4 * two);
         least = fmin(least, one < i && plan->half_turns[0] != 0.0 ? -across : across);
         least = fmin(least, two < i && plan->half_turns[1] != 0.0 ? -along : along);
     }
@@ -917,7 +918,7 @@ static double fill_sign_table(kr_kowalewski_plan *plan, int n)
 /* Fills the members of the plan that find_arcs_series_and_signs does not set, except the initial
  * phase of the heading. Returns the last result of fill_sign_table. If this result exceeds 1/4,
  * find_quaternion_sign finds the right sign in every state of the motion. */
-static double fill_rest_of_plan(kowalewski_work *w)
+static double fill_rest_and_find_sign_margin(kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;
     const kowalewski_curve *o = &w->curve;
@@ -946,7 +947,7 @@ static double fill_rest_of_plan(kowalewski_work *w)
  * points exceeds KR_TORUS_ROUNDING (torus.h), MANY_POINTS points are tested. */
 enum { FEW_POINTS = 16, MANY_POINTS = 64 };
 /* Returns the largest error of the closed form (find_taylor_error) at this number of points. */
-static double find_largest_error(const kr_kowalewski_plan *plan, int points)
+static double find_error_of_closed_form(const kr_kowalewski_plan *plan, int points)
 {
     double miss = 0.0;
     for (int i = 1; i <= points; i++) {
@@ -973,15 +974,16 @@ static kr_refusal make_plan(void *memory, torus_start *start, torus_units *way, 
              state[6] = {dd_half(m[0]), dd_half(m[1]), m[2], up[0], up[1], up[2]};
     const kr_refusal refusal = find_arcs_series_and_signs(state, start->vertical, w);
     if (refusal != KR_REFUSAL_NONE) return refusal;
-    if (!(fill_rest_of_plan(w) > 0.25)) return KR_REFUSAL_SEPARATRIX;
+    if (!(fill_rest_and_find_sign_margin(w) > 0.25)) return KR_REFUSAL_SEPARATRIX;
     const kr_quat q = way->attitude, at = kowalewski_state_after_span(plan, 0.0, dd_of(0.0)).q;
     const cx alpha = cx_mul(cx_of(q.w, q.z), cx_of(at.w, -at.z)),
              beta = cx_mul(cx_of(q.x, q.y), cx_of(at.x, -at.y)), both = cx_add(alpha, beta);
     set_initial_phase(&plan->torus.turn[2], argument_in_turns(both.im, both.re));
     const kr_state now = kowalewski_state_after_span(plan, 0.0, dd_of(0.0));
     double error = fmax(find_state_error(now, q, v3(m[0].hi, m[1].hi, m[2].hi)),
-                        find_largest_error(plan, FEW_POINTS));
-    if (error > KR_TORUS_ROUNDING) error = fmax(error, find_largest_error(plan, MANY_POINTS));
+                        find_error_of_closed_form(plan, FEW_POINTS));
+    if (error > KR_TORUS_ROUNDING)
+        error = fmax(error, find_error_of_closed_form(plan, MANY_POINTS));
     /* The last argument is the effect of the errors of the frequencies after 1000 radians. */
     *certificate = fmax(fmax(error, KR_TORUS_ROUNDING), 1e3 * w->separatrix);
     return KR_REFUSAL_NONE;

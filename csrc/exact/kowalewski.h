@@ -176,7 +176,8 @@ INLINE void sum_sine_series(const kr_kowalewski_plan *plan, const double *first,
 typedef struct angle_series {
     wide value[4], slope[4], bend[4];
 } angle_series;
-INLINE angle_series sum_series_derivatives(const kr_harmonic *harmonic, int n, const arc_angle y[2])
+INLINE angle_series sum_series_and_derivatives(const kr_harmonic *harmonic, int n,
+                                               const arc_angle y[2])
 {
     angle_series r;
     for (int at = 0; at < 4; at += GROUP) {
@@ -261,7 +262,7 @@ typedef struct jacobian {
     wide one[2], two[2];
 } jacobian;
 /* Returns the inverse Jacobian matrix at y + step, to first order, given the series at y. */
-INLINE jacobian invert_jacobian(const angle_series *series, wide step_1, wide step_2)
+INLINE jacobian invert_jacobian_after_step(const angle_series *series, wide step_1, wide step_2)
 {
     const wide a = 1.0 + (series->slope[0] + step_1 * series->bend[0]),
                b = series->slope[1] + step_2 * series->bend[1],
@@ -277,8 +278,8 @@ INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const ar
                              const wide d[2], jacobian *inverse_after, wide step[2])
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
-    const angle_series series = sum_series_derivatives(plan->harmonic, terms, y);
-    const jacobian inverse = invert_jacobian(&series, zero, zero);
+    const angle_series series = sum_series_and_derivatives(plan->harmonic, terms, y);
+    const jacobian inverse = invert_jacobian_after_step(&series, zero, zero);
     const wide r = d[0] + (series.value[0] + series.value[1]),
                s = d[1] + (series.value[2] + series.value[3]);
     const wide u = inverse.one[0] * r + inverse.one[1] * s,
@@ -295,7 +296,7 @@ INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const ar
         step[0] = wide_choose(is_close, step[0], shorter * u);
         step[1] = wide_choose(is_close, step[1], shorter * v);
     }
-    *inverse_after = invert_jacobian(&series, -step[0], -step[1]);
+    *inverse_after = invert_jacobian_after_step(&series, -step[0], -step[1]);
     return size;
 }
 /* Sets the angles y to theta [turns] + d [rad] after d has decreased by `step`. In the lanes of
@@ -345,7 +346,7 @@ APART void search_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], 
     for (int i = 0; i < SEARCH_STEPS && !mask_all(found); i++) {
         arc_angle y[2];
         for (int j = 0; j < 2; j++) y[j] = make_arc_angle(theta[j], at[j]);
-        const angle_series series = sum_series_derivatives(plan->harmonic, plan->terms, y);
+        const angle_series series = sum_series_and_derivatives(plan->harmonic, plan->terms, y);
         const wide *v = series.value, *u = series.slope, one = at[0] + (v[0] + v[1]),
                    two = at[1] + (v[2] + v[3]);
         const double *p = plan->p, *q = plan->q;
@@ -608,9 +609,9 @@ typedef struct koetter_products {
     dual G0, V0, x, y, Dl;
 } koetter_products;
 /* Returns the divided difference (F G)[e0, e1, e2]. */
-INLINE dual find_difference_of_FG(const kr_kowalewski_plan *plan, int complex,
-                                  const koetter_terms *t, const koetter_products *k, dual D1,
-                                  dual D2)
+INLINE dual find_divided_difference_of_FG(const kr_kowalewski_plan *plan, int complex,
+                                          const koetter_terms *t, const koetter_products *k,
+                                          dual D1, dual D2)
 {
     const pair f = pair_mul(complex, t->F, k->G), UW = pair_mul(complex, k->U, k->W),
                other = pair_swap(complex, t->square),
@@ -625,8 +626,9 @@ INLINE dual find_difference_of_FG(const kr_kowalewski_plan *plan, int complex,
 }
 /* Returns the divided difference (F V)[e0, e1, e2], with F of koetter_terms (not F(w)) and V of
  * koetter_products, and sets `size` to |x (F X)[e1, e2]| + |y (F Y)[e1, e2]|. */
-INLINE dual find_difference_of_FV(const kr_kowalewski_plan *plan, int complex,
-                                  const koetter_terms *t, const koetter_products *k, wide *size)
+INLINE dual find_divided_difference_of_FV(const kr_kowalewski_plan *plan, int complex,
+                                          const koetter_terms *t, const koetter_products *k,
+                                          wide *size)
 {
     const pair X = pair_mul(complex, t->F, k->X), Y = pair_mul(complex, t->F, k->Y),
                UW = pair_mul(complex, k->U, pair_swap(complex, k->W)),
@@ -679,10 +681,11 @@ INLINE koetter_state evaluate_koetter_formulas(const kr_kowalewski_plan *plan, i
     k.Dl = find_w_difference_numerator(one, two);
     wide size, unused;
     koetter_state s;
-    s.a = find_difference_of_FG(plan, complex, &A, &k, one->D, two->D);
-    const dual b = find_difference_of_FG(plan, complex, &B, &k, one->D, two->D),
-               under = dual_mul(s.a, k.Dl), v = find_difference_of_FV(plan, complex, &A, &k, &size),
-               u = find_difference_of_FV(plan, complex, &B, &k, &unused);
+    s.a = find_divided_difference_of_FG(plan, complex, &A, &k, one->D, two->D);
+    const dual b = find_divided_difference_of_FG(plan, complex, &B, &k, one->D, two->D),
+               under = dual_mul(s.a, k.Dl),
+               v = find_divided_difference_of_FV(plan, complex, &A, &k, &size),
+               u = find_divided_difference_of_FV(plan, complex, &B, &k, &unused);
     s.p = dual_div(dual_scale(-1.0, b), s.a);
     s.q = dual_div(dual_scale(-1.0, dual_mul(one->d, two->d)), s.a);
     s.r = dual_div(dual_scale(sqrt2, v), under);
@@ -755,7 +758,7 @@ INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
     const wide F1 = sqrt2 * one->g0.v * pair_product(complex, one->g).v,
                F2 = sqrt2 * two->g0.v * pair_product(complex, two->g).v,
                u1 = l * one->h.v * one->d.v, u2 = l * two->h.v * two->d.v;
-    const wide side = minus_where(is_negative(plan->sign[5] * a));
+    const wide side = sign_from_mask(is_negative(plan->sign[5] * a));
     v.re = side * (u1 * u2 - F1 * F2);
     v.im = side * (u1 * F2 + u2 * F1);
     return v;
@@ -969,7 +972,7 @@ INLINE wide find_quaternion_sign(const kr_kowalewski_plan *plan, quat_lanes q, c
     }
     const wide dot = (q.w * wide_load(node[0]) + q.x * wide_load(node[1])) +
                      (q.y * wide_load(node[2]) + q.z * wide_load(node[3]));
-    return minus_where(is_negative(dot));
+    return sign_from_mask(is_negative(dot));
 }
 /* Returns the state. `phase` is theta1/2, theta2/2 and the phase part of psi/2, in turns. */
 INLINE state_lanes kowalewski_state_at_phases(const kr_kowalewski_plan *plan, wide time,

@@ -129,7 +129,7 @@ static inline wide find_isolated_cubic_root(wide c2, wide c1, wide c0, mask *is_
     const mask apart = is_positive(square); /* else all three roots coincide */
     const wide third = cos_third_of_arc_cosine(wide_min(wide_abs(r), wide_splat(1.0)));
     *is_largest = mask_or(mask_not(apart), wide_at_most(zero, r));
-    const wide way = minus_where(mask_not(*is_largest));
+    const wide way = sign_from_mask(mask_not(*is_largest));
     return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
 }
 /* Returns a root of lead x^3 + c[2] x^2 + c[1] x + c[0] in double-double precision, by two Newton
@@ -422,8 +422,8 @@ static inline arguments find_theta_arguments(exact_lanes *exact, const initial *
     arguments a;
     a.T = find_period_ratio_and_stretch(exact, average, k2);
     const wide limit = 1.57079632679489661923 * a.T;
-    a.y1 = -minus_where(is_negative(s->sum.hi)) * wide_min(mean * b1, limit);
-    a.y2 = -minus_where(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
+    a.y1 = -sign_from_mask(is_negative(s->sum.hi)) * wide_min(mean * b1, limit);
+    a.y2 = -sign_from_mask(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
     return a;
 }
 /* Sets the theta series, in powers of the dual nome if `dual` is nonzero, else of the nome. They
@@ -476,7 +476,7 @@ static inline void set_momentum_scale(exact_lanes *exact, const initial *s, cons
                                       wide i1)
 {
     const wide way =
-        minus_where(is_negative(s->sum.hi)) * minus_where(is_negative(s->difference.hi));
+        sign_from_mask(is_negative(s->sum.hi)) * sign_from_mask(is_negative(s->difference.hi));
     const wide lowest = -0.5 * (wide_sqrt(r->minus1.hi * r->plus2.hi * r->plus3.hi) -
                                 way * wide_sqrt(r->plus1.hi * r->minus2.hi * r->minus3.hi));
     wide f[6];
@@ -523,9 +523,10 @@ static inline void set_initial_phases(exact_lanes *exact, const initial *s, cons
     wide f[6];
     set_initial_phase(&exact->nutation, dd_choose(is_negative(s->climb.hi), dd_neg(here), here));
     evaluate_alpha_beta_momentum(exact, 0.0, f);
-    const dd both = angle_in_turns(-f[4], -f[5], top->m.x, top->m.y); /* exact->momentum <= 0 */
-    const dd first = angle_in_turns(f[0], f[1], p[0].hi, p[3].hi);
-    const dd second = angle_in_turns(f[2], f[3], p[1].hi, p[2].hi);
+    const dd both =
+        angle_between_in_turns(-f[4], -f[5], top->m.x, top->m.y); /* exact->momentum <= 0 */
+    const dd first = angle_between_in_turns(f[0], f[1], p[0].hi, p[3].hi);
+    const dd second = angle_between_in_turns(f[2], f[3], p[1].hi, p[2].hi);
     const mask least = wide_less(of_first, of_second);
     const mask by_second = mask_and(least, wide_less(4.0 * of_first, of_both)),
                by_first = mask_and(mask_not(least), wide_less(4.0 * of_second, of_both));

@@ -189,8 +189,9 @@ static kr_quat find_rotation_to_e3(kr_vec3 m)
  * the momentum along the internal axes, and `square` is |m|^2. `q` is the initial attitude. `left`
  * rotates e3 to the direction of the momentum in space. `half_turn` is half the rate that an axial
  * rotor adds to the rotation about the third internal axis. */
-static int set_up_steady_free_motion(kr_exact_form *exact, const double inertia[3], const dd m[3],
-                                     dd square, dd half_turn, kr_quat q, kr_quat left)
+static int set_up_free_motion_if_steady(kr_exact_form *exact, const double inertia[3],
+                                        const dd m[3], dd square, dd half_turn, kr_quat q,
+                                        kr_quat left)
 {
     const dd size = dd_sqrt(square);
     /* Smaller components of the momentum count as zero: their squares are negligible. */
@@ -313,8 +314,8 @@ static void set_up_asymmetric_free_motion(kr_exact_form *exact, const body_axes 
     set_initial_phase(&exact->nutation, find_free_nutation_phase(a, i31, i32, kp2.hi, mean.hi));
     evaluate_alpha_beta_momentum(exact, 0.0, f);
     exact->first = exact->second = make_phase(k);
-    const dd first = angle_in_turns(f[0], f[1], target.w, target.z),
-             second = angle_in_turns(f[2], f[3], target.x, target.y);
+    const dd first = angle_between_in_turns(f[0], f[1], target.w, target.z),
+             second = angle_between_in_turns(f[2], f[3], target.x, target.y);
     set_initial_phase(&exact->first, first);
     set_initial_phase(&exact->second, first);
     /* The linear map exact->frame includes the multiplication of beta by
@@ -340,7 +341,8 @@ static kr_exact_form make_euler_form(const exact_top *top, dd half_turn)
     turn_back_dd(top->q, m, body);
     exact.constant = top->m;
     const kr_quat left = v_largest(top->m) == 0.0 ? q_one() : q_conj(find_rotation_to_e3(top->m));
-    if (!set_up_steady_free_motion(&exact, moments, body, dd_dot(body, body), half_turn, q, left)) {
+    if (!set_up_free_motion_if_steady(&exact, moments, body, dd_dot(body, body), half_turn, q,
+                                      left)) {
         const body_axes a = reorder_axes(moments, body);
         set_up_asymmetric_free_motion(&exact, &a, q, left);
     }
@@ -454,7 +456,7 @@ static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
     } else
         set_up_moving_tops(&s, 1);
     if (below) {
-        restore_up_and_down(&s.exact);
+        undo_exchange_up_and_down(&s.exact);
         set_up_down_map(s.exact.frame);
         s.exact.framed = 1.0;
     }
@@ -493,7 +495,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     if (!is_free && top.behind) made.spin_angle_rate = 0.0 - made.spin_angle_rate; /* never -0 */
     if (!own) {
         if (!is_identity(top.axes)) {
-            add_inverse_axes_to_map(made.frame, made.framed != 0.0, top.axes);
+            multiply_map_by_inverse_axes(made.frame, made.framed != 0.0, top.axes);
             made.framed = 1.0;
         }
         convert_form_to_user(&made, scene->start.t, top.units.time,

@@ -53,7 +53,7 @@ typedef struct {
 } gbs_attempt;
 
 /* Returns the number of evaluations of the right-hand side for rows 1 to `row` of the table. */
-static inline double gbs_evaluations(int row) { return 1.0 + row * (row + 1); }
+static inline double gbs_evaluations_up_to(int row) { return 1.0 + row * (row + 1); }
 static inline int gbs_min(int a, int b) { return a < b ? a : b; }
 static inline double gbs_square(double x) { return x * x; }
 
@@ -69,7 +69,7 @@ static inline double gbs_scaled_distance(const double a[GBS_SIZE], const double 
 
 /* Computes T(row, 1). Returns 1, or 0 if row <= 2 and the first substep changes dy/dt by more than
  * twice the norm of dy/dt at the start of the step: the extrapolation would then diverge. */
-static inline int gbs_midpoint(gbs_attempt *a, int row)
+static inline int gbs_try_midpoint_rule(gbs_attempt *a, int row)
 {
     const int n = 2 * row;
     const double h = a->h / n;
@@ -105,10 +105,10 @@ static inline void gbs_extrapolate(gbs_attempt *a, int row)
 }
 /* Computes a row of the table, its error divided by tol, and the length of the next step that this
  * error suggests. Returns 0 if the extrapolation diverges or its result is not finite, else 1. */
-static inline int gbs_add_row(gbs_attempt *a, int row)
+static inline int gbs_try_row(gbs_attempt *a, int row)
 {
     const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;
-    if (!gbs_midpoint(a, row)) return 0;
+    if (!gbs_try_midpoint_rule(a, row)) return 0;
     a->row = row;
     a->work[row] = INFINITY; /* a single row gives no estimate of its error */
     if (row == 1) return 1;
@@ -117,16 +117,16 @@ static inline int gbs_add_row(gbs_attempt *a, int row)
     if (!(a->err < 1e15) || (row > 2 && a->err >= fmax(4.0 * last, 1.0))) return 0;
     a->length[row] =
         fabs(a->h) / fmin(4.0 / shrink, fmax(shrink, pow(a->err / 0.65, exponent) / 0.94));
-    a->work[row] = gbs_evaluations(row) / a->length[row];
+    a->work[row] = gbs_evaluations_up_to(row) / a->length[row];
     return 1;
 }
 /* Computes the table up to row target + 1, and returns the first row, not before row `from`, that
  * meets the tolerance. Returns GBS_REJECTED as soon as the remaining rows are unlikely to meet the
  * tolerance, and GBS_UNSTABLE if the extrapolation diverges. */
-static inline int gbs_converge(gbs_attempt *a, int from, int target)
+static inline int gbs_find_converged_row(gbs_attempt *a, int from, int target)
 {
     for (int row = 1; row <= target + 1; row++) {
-        if (!gbs_add_row(a, row)) return GBS_UNSTABLE;
+        if (!gbs_try_row(a, row)) return GBS_UNSTABLE;
         if (row < from) continue;
         if (a->err <= 1.0) return row;
         if (row == target - 1 && row == from && a->err > gbs_square(target * (target + 1.0)))
@@ -159,7 +159,8 @@ static inline gbs_control gbs_plan_next_step(const gbs_attempt *a, int target, i
     gbs_control next = {.h = a->length[best <= row ? best : row], .target = best};
     /* The step size of a row not yet computed follows from the costs of the rows, as in ODEX. */
     if (best > row)
-        next.h *= gbs_evaluations(row < target ? best + 1 : best) / gbs_evaluations(row);
+        next.h *=
+            gbs_evaluations_up_to(row < target ? best + 1 : best) / gbs_evaluations_up_to(row);
     if (rejected) next.h = fmin(next.h, fabs(a->h));
     return next;
 }
@@ -222,7 +223,7 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
         a.h = end - motion->clock;
         if (a.h == 0.0 || !isfinite(a.h)) return KR_ERR_STEP;
         const int from = anywhere ? 2 : rejected ? now.target : now.target - 1;
-        const int outcome = gbs_converge(&a, from, now.target);
+        const int outcome = gbs_find_converged_row(&a, from, now.target);
         if (outcome > GBS_REJECTED) {
             gbs_accept_step(motion, &a, end);
             /* A step shortened to end at `until` does not affect the size of the next step. */

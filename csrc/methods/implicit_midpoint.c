@@ -23,13 +23,14 @@ typedef struct {
     kr_quat r;        /* half of the rotation in the step */
     kr_vec3 M, P;     /* momentum and vertical at the midpoint, in the body frame */
     kr_vec3 residual; /* J V - (M - R) */
-} attempt;
+} midpoint_trial;
 
 /* Returns the residual for an approximate angular velocity V, and the quantities in its formula. M
  * and P are the momentum and the vertical at the beginning of the step, in the body frame. */
-static attempt make_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
+static midpoint_trial evaluate_midpoint_residual(const kr_motion *motion, kr_vec3 M, kr_vec3 P,
+                                                 kr_vec3 V)
 {
-    attempt a = {.y = v_scale(0.25 * motion->step, V)};
+    midpoint_trial a = {.y = v_scale(0.25 * motion->step, V)};
     a.r = q_unit(q4(1.0, a.y));
     a.P = q_turn_back(a.r, P);
     a.M = v_axpy(0.5 * motion->step, v_cross(a.P, find_effective_lever(motion, a.P)),
@@ -39,7 +40,7 @@ static attempt make_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_ve
 }
 /* Returns the Newton correction to subtract from V: the solution of a linear system whose columns
  * are the derivatives of the residual by the components of V. */
-static kr_vec3 find_newton_correction(const kr_motion *motion, const attempt *a)
+static kr_vec3 find_newton_correction(const kr_motion *motion, const midpoint_trial *a)
 {
     const double half = 0.5 * motion->step, scale = half / (1.0 + v_dot(a->y, a->y));
     /* M without the contribution of the torque */
@@ -77,7 +78,7 @@ static kr_status midpoint_step(kr_motion *motion, double until)
     kr_vec3 V = p->V;
     (void)until;
     for (int i = 0; i < MOST; i++) {
-        const attempt a = make_attempt(motion, M, P, V);
+        const midpoint_trial a = evaluate_midpoint_residual(motion, M, P, V);
         motion->stats.iterations++;
         motion->stats.evaluations++;
         if (v_largest(a.residual) <= tol) {

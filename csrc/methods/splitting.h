@@ -115,12 +115,12 @@ static inline void splitting_rotate_about_axis(double half_angle, double *mj, do
     *rj = p + (c * p + s * q);
     *rk = q + (c * q - s * p);
 }
-static inline void splitting_turn_n(splitting_body *b, double half_angle_per_momentum)
+static inline void splitting_rotate_about_n(splitting_body *b, double half_angle_per_momentum)
 {
     splitting_rotate_about_axis(half_angle_per_momentum * b->m.x, &b->m.y, &b->m.z, &b->r.w,
                                 &b->r.x, &b->r.y, &b->r.z);
 }
-static inline void splitting_turn_t(splitting_body *b, double half_angle_per_momentum)
+static inline void splitting_rotate_about_t(splitting_body *b, double half_angle_per_momentum)
 {
     splitting_rotate_about_axis(half_angle_per_momentum * b->m.z, &b->m.x, &b->m.y, &b->r.w,
                                 &b->r.z, &b->r.x, &b->r.y);
@@ -185,9 +185,9 @@ SPLITTING_INLINE void splitting_drift_plain(splitting *s, double part)
         return;
     }
     b = splitting_rotate_to_body(s);
-    if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
-    splitting_turn_t(&b, part * s->t);
-    if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
+    if (s->n != 0.0) splitting_rotate_about_n(&b, 0.5 * part * s->n);
+    splitting_rotate_about_t(&b, part * s->t);
+    if (s->n != 0.0) splitting_rotate_about_n(&b, 0.5 * part * s->n);
     splitting_rotate_about_m(s, &b, part);
 }
 /* Applies the drift of a body with a rotor or on a turning support for `part` of a step. */

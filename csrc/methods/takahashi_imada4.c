@@ -38,10 +38,11 @@ static void takahashi_drift(takahashi_state *p)
     if (p->s.extra != 0.0) {
         for (int i = 0; i < p->c.stages; i++) splitting_rotate_gyrostat(&b, &p->s, p->c.drift[i]);
     } else {
-        splitting_turn_n(&b, p->c.ahead * p->s.n);
+        splitting_rotate_about_n(&b, p->c.ahead * p->s.n);
         for (int i = 0; i < p->c.stages; i++) {
-            splitting_turn_t(&b, p->c.drift[i] * p->s.t);
-            splitting_turn_n(&b, (i + 1 < p->c.stages ? p->c.kick[i] : p->c.ahead) * p->s.n);
+            splitting_rotate_about_t(&b, p->c.drift[i] * p->s.t);
+            splitting_rotate_about_n(&b,
+                                     (i + 1 < p->c.stages ? p->c.kick[i] : p->c.ahead) * p->s.n);
         }
     }
     splitting_rotate_about_m(&p->s, &b, 1.0);

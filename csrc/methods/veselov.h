@@ -13,7 +13,8 @@
 enum { VESELOV_MOST = 20 };
 
 /* Returns r after one Newton step. Ir is I r, and F is the residual r0 I r + r x I r - h M / 2. */
-static inline kr_vec3 veselov_newton_step(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir, kr_vec3 F)
+static inline kr_vec3 veselov_next_newton_iterate(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir,
+                                                  kr_vec3 F)
 {
     kr_vec3 columns[3];
     for (int i = 0; i < 3; i++) {
@@ -42,7 +43,7 @@ static inline kr_status veselov_drift(kr_motion *motion, kr_vec3 I, kr_vec3 m, k
             return KR_OK;
         }
         if (!(r0 > 0.0)) break;
-        x = veselov_newton_step(I, r0, x, Ix, F);
+        x = veselov_next_newton_iterate(I, r0, x, Ix, F);
     }
     return KR_ERR_CONVERGENCE;
 }

@@ -37,7 +37,7 @@ int kr_body_is_physical(const kr_body *b)
         b->mass * c.x * (c.x / s.x) + b->mass * c.y * (c.y / s.y) + b->mass * c.z * (c.z / s.z);
     return are_moments_physical(i, b->rounded) && !(needed > 1.0);
 }
-static kr_status check_and_copy(const kr_body *b, kr_body *out)
+static kr_status check_and_copy_body(const kr_body *b, kr_body *out)
 {
     const kr_status status = out ? kr_body_check(b) : KR_ERR_ARGUMENT;
     if (status == KR_OK) *out = *b;
@@ -58,7 +58,7 @@ static kr_vec3 permute_axes(kr_vec3 v, int last)
               component_at(v, last));
 }
 /* Returns the larger of the magnitudes of the two components of v other than component `axis`. */
-static double largest_off_axis(kr_vec3 v, int axis)
+static double largest_off_axis_component(kr_vec3 v, int axis)
 {
     const kr_vec3 w = permute_axes(v, axis);
     return fmax(fabs(w.x), fabs(w.y));
@@ -89,7 +89,7 @@ static kr_kind find_kind_without_rotor(const kr_body *b, double rtol)
     if (reach == 0.0) return KR_KIND_EULER;
     if (axis < 0) return KR_KIND_GENERAL;
     const kr_vec3 J = permute_axes(b->inertia, axis);
-    if (largest_off_axis(b->com, axis) <= rtol * reach || is_equal(J.x, J.z, rtol))
+    if (largest_off_axis_component(b->com, axis) <= rtol * reach || is_equal(J.x, J.z, rtol))
         return KR_KIND_LAGRANGE;
     if (fabs(component_at(b->com, axis)) > rtol * reach) return KR_KIND_GENERAL;
     if (is_equal(J.x, 2.0 * J.z, rtol)) return KR_KIND_KOWALEWSKI;
@@ -103,7 +103,7 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
     if (is_spherical(b))
         return v_largest(b->com) == 0.0 ||
                v_largest(v_cross(v_unit(b->com), v_unit(b->rotor))) <= rtol;
-    return largest_off_axis(b->rotor, axis) <= rtol * v_largest(b->rotor);
+    return largest_off_axis_component(b->rotor, axis) <= rtol * v_largest(b->rotor);
 }
 /* Returns the kind of the body. An axial rotor changes neither KR_KIND_EULER nor KR_KIND_LAGRANGE,
  * because it only adds the rate -rotor / I3 to the rotation about the symmetry axis, where I3 is
@@ -249,13 +249,13 @@ static void set_axes(kr_body *b, kr_quat axes, const double tensor[9], kr_vec3 c
 static int is_axis_through_com(const kr_body *b, int axis)
 {
     const kr_vec3 J = permute_axes(b->inertia, axis);
-    return largest_off_axis(b->com, axis) * (fabs(J.z - J.x) / fmax(J.z, J.x)) <=
+    return largest_off_axis_component(b->com, axis) * (fabs(J.z - J.x) / fmax(J.z, J.x)) <=
            KR_KIND_RTOL * v_largest(b->com);
 }
 /* Returns the quaternion of principal axes of b. If b is symmetric, returns the axes nearest to the
  * frame of description, unless the symmetry axis passes through the centre of mass up to rounding
  * errors: the third axis is then the symmetry axis, along `com` or -com if com is not zero. */
-static kr_quat choose_degenerate_axes(const kr_body *b, kr_vec3 com)
+static kr_quat choose_axes_of_symmetric_body(const kr_body *b, kr_vec3 com)
 {
     const int axis = find_symmetry_axis(b, KR_KIND_RTOL);
     const double reach = v_largest(com);
@@ -308,7 +308,7 @@ kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
         for (int sweep = 0; sweep < 16; sweep++)
             for (int p = 0; p < 3; p++) apply_jacobi_rotation(d, &b.axes, p);
         set_axes(&b, reorder_axes_near_identity(b.axes), a, com);
-        set_axes(&b, choose_degenerate_axes(&b, com), a, com);
+        set_axes(&b, choose_axes_of_symmetric_body(&b, com), a, com);
         merge_equal_moments(&b);
         const kr_vec3 J = b.inertia;
         if (fmin(J.x, fmin(J.y, J.z)) < KR_TENSOR_MIN_RATIO * v_largest(J)) return KR_ERR_BODY;
@@ -316,7 +316,7 @@ kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
         b.given.com = com;
         b.inertia = v3(ldexp(J.x, exponent), ldexp(J.y, exponent), ldexp(J.z, exponent));
     }
-    return check_and_copy(&b, out);
+    return check_and_copy_body(&b, out);
 }
 void kr_body_set_rotor(kr_body *body, kr_vec3 rotor)
 {
@@ -371,5 +371,5 @@ kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr
                        .inertia = {i1, i1, i3},
                        .com = {0.0, 0.0, height},
                        .axes = {1.0, 0.0, 0.0, 0.0}};
-    return check_and_copy(&b, out);
+    return check_and_copy_body(&b, out);
 }

@@ -77,9 +77,9 @@ static kr_vec3 tangent_of_torque(const quantity_point *at, const quantity_change
 }
 
 /* Returns the infinitesimal vector v with q_tilt(a + da) = q_exp(v) q_tilt(a) (su2.h). */
-static kr_vec3 find_tilt_change(kr_vec3 a, kr_vec3 da)
+static kr_vec3 find_rotation_change_of_tilt(kr_vec3 a, kr_vec3 da)
 {
-    if (a.z < -0.5) return find_tilt_change(v_scale(-1.0, a), v_scale(-1.0, da));
+    if (a.z < -0.5) return find_rotation_change_of_tilt(v_scale(-1.0, a), v_scale(-1.0, da));
     const double w = 1.0 + a.z;
     const kr_vec3 v = v3(-a.y, a.x, 0.0), dv = v3(-da.y, da.x, 0.0),
                   turn = v_add(v_sub(v_scale(w, dv), v_scale(da.z, v)), v_cross(v, dv));
@@ -91,8 +91,8 @@ static kr_vec3 find_euler_frame_turn(const quantity_point *at, const quantity_ch
 {
     const kr_vec3 turn = combine_axes(at->frame, by->turn);
     if (!by->changes_com) return turn;
-    const kr_vec3 tilt = find_tilt_change(combine_axes(at->described, at->apex),
-                                          combine_axes(at->described, by->apex));
+    const kr_vec3 tilt = find_rotation_change_of_tilt(combine_axes(at->described, at->apex),
+                                                      combine_axes(at->described, by->apex));
     return v_add(turn, q_turn(at->state->q, tilt));
 }
 /* Returns the unit vector along the horizontal projection of the apex, or NaN if the apex is

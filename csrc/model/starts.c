@@ -4,7 +4,7 @@
 #include "scene.h"
 
 /* Returns a + b, but keeps the components of a, even -0.0, where those of b are zero. */
-static kr_vec3 add_nonzero(kr_vec3 a, kr_vec3 b)
+static kr_vec3 add_nonzero_components(kr_vec3 a, kr_vec3 b)
 {
     return v3(b.x == 0.0 ? a.x : a.x + b.x, b.y == 0.0 ? a.y : a.y + b.y,
               b.z == 0.0 ? a.z : a.z + b.z);
@@ -21,8 +21,9 @@ static kr_quat q_product(kr_quat a, kr_quat b)
 void kr_scene_set_velocity(kr_scene *scene, kr_vec3 velocity)
 {
     const kr_quat q = q_product(scene->start.q, scene->body.axes);
-    const kr_vec3 W = q_turn_back(q, add_nonzero(velocity, scene->turning));
-    scene->start.m = q_turn(q, add_nonzero(v_times(scene->body.inertia, W), scene->body.rotor));
+    const kr_vec3 W = q_turn_back(q, add_nonzero_components(velocity, scene->turning));
+    scene->start.m =
+        q_turn(q, add_nonzero_components(v_times(scene->body.inertia, W), scene->body.rotor));
 }
 void kr_scene_set_body_velocity(kr_scene *scene, kr_vec3 velocity)
 {

@@ -38,7 +38,7 @@ INLINE triple triple_cross(triple a, triple b)
 /* Returns 1 / (n + 1) times the n-th coefficient of D (theta' - theta x W) + theta x (D W), which
  * is subtracted in N' (tangents.h). The arguments are 1 / (n + 1) times the n-th coefficients of
  * theta' (`rate`), next(theta) * prev(W) (`plus`), and prev(theta) * next(W) (`minus`). */
-INLINE triple find_damping_change(const kr_tangent *g, triple rate, triple plus, triple minus)
+INLINE triple damping_torque_change(const kr_tangent *g, triple rate, triple plus, triple minus)
 {
     const triple drag = load_common(g->drag), change = triple_sub(rate, triple_sub(plus, minus));
     const triple turned_by =
@@ -81,7 +81,7 @@ INLINE void set_next_deviation(const kr_series *s, kr_tangent *g, turned_deviati
     const triple rate =
         triple_fma(load_common(g->ahead), plus, triple_fma(load_common(g->behind), minus, own));
     force = triple_mul(share, force);
-    if (g->damped != 0.0) force = triple_sub(force, find_damping_change(g, rate, plus, minus));
+    if (g->damped != 0.0) force = triple_sub(force, damping_torque_change(g, rate, plus, minus));
     store_coefficients(g, d, n + 1, rate, force);
 }
 /* For j = first, first + 2, ... <= n, adds the products (deviation_sums) of the j-th coefficients

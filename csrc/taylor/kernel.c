@@ -15,13 +15,13 @@ PER_ORDER void expand_without_heading(kr_series *s, int from, int order)
 /* Evaluates the Taylor series at the time s->at, and writes the values to s->at_x and s->at_w. */
 PER_ORDER void evaluate_series(kr_series *s, int order)
 {
-    evaluate_terms(s, 0, order, &s->at, s->at_x, s->at_w);
+    evaluate_terms_over_power(s, 0, order, &s->at, s->at_x, s->at_w);
 }
 /* Sets the end of the step according to log2 of the tolerance, and evaluates the series there. */
 PER_ORDER void end_step_by_tolerance(kr_series *s, int order, double log2_tol, double direction)
 {
     s->end = s->t + direction * series_step_size(s, order, log2_tol);
-    evaluate_terms(s, 0, order, &s->end, s->end_x, s->end_w);
+    evaluate_terms_over_power(s, 0, order, &s->end, s->end_x, s->end_w);
 }
 
 /* Compilers unroll only loops of constant length, so each order n has its own functions. STEP
@@ -54,7 +54,7 @@ const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {ORDERS(HEADLESS_KERNEL)};
     }                                                                                              \
     static void sum_##digits(const kr_series *s, const double *to, double *x, double *w)           \
     {                                                                                              \
-        evaluate_terms(s, KR_HEAD_##digits + 1, KR_LAST_##digits, to, x, w);                       \
+        evaluate_terms_over_power(s, KR_HEAD_##digits + 1, KR_LAST_##digits, to, x, w);            \
     }
 TAIL(20)
 TAIL(30)

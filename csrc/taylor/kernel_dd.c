@@ -15,7 +15,7 @@ INLINE void evaluate_mixed_precision(const kr_series *s, int head, const kr_tail
     double tail_x[8], tail_w[4], power = h;
     for (int i = 0; i < head; i++) power *= h;
     tail->sum(s, to, tail_x, tail_w);
-    evaluate_terms(s, 0, head, to, x, w);
+    evaluate_terms_over_power(s, 0, head, to, x, w);
     duo_store(x, duo_fma(duo_splat(power), duo_load_doubles(tail_x), duo_load(x)));
     quad_store(w, quad_fma(quad_splat(power), quad_load_doubles(tail_w), quad_load(w)));
 }
@@ -24,7 +24,7 @@ INLINE void advance_mixed_precision(kr_series *s, int head, int last, double log
 {
     begin_step(s);
     expand_series(s, 0, head, WHOLE);
-    const double by_tail = step_size_for_products(s, head, log2_tol + log2_less);
+    const double by_tail = step_size_for_product_size(s, head, log2_tol + log2_less);
     tail->expand(s);
     const double by_last = series_step_size(s, last, log2_tol);
     s->end = s->t + direction * (by_last < by_tail ? by_last : by_tail);

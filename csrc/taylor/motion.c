@@ -46,7 +46,7 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
 /* Returns the functions for friction, moving supports and gradients, or NULL if not needed. */
 static const kr_support_ops *find_support_ops(const kr_motion *motion)
 {
-    return kr_support_moves(motion->scene) ? kr_method_taylor.supports : NULL;
+    return kr_support_is_needed(motion->scene) ? kr_method_taylor.supports : NULL;
 }
 /* Returns `rate` for the initial angular velocity W: a power of two that exceeds bounds on |W| and
  * on the rates of damping, rotor, support and (if `is_held` is 0) friction. The bound on |W|^2 is

@@ -158,7 +158,7 @@ INLINE series_sums cauchy_products(const kr_series *s, const kr_series *own,
 }
 
 /* Returns (q_{n+1} | P_{n+1}), given the sums `a` of order n. `share` is 1 / (n + 1). */
-INLINE duo next_attitude_coefficient(const series_sums *a, duo share)
+INLINE duo next_attitude_and_vertical(const series_sums *a, duo share)
 {
     const duo i = duo_mul(duo_scale(sign_i, share), duo_permute_i(a->i));
     const duo ij = duo_fma(duo_scale(sign_j, share), duo_permute_j(a->j), i);
@@ -172,7 +172,7 @@ INLINE quad find_cross_coefficient(duo products, int n)
     return quad_fma(quad_reciprocal(-n), duo_first(products),
                     quad_mul(quad_reciprocal(n), duo_second(products)));
 }
-INLINE quad next_velocity_coefficient(const series_sums *a, const kr_series *s, quad p, quad share)
+INLINE quad next_angular_velocity(const series_sums *a, const kr_series *s, quad p, quad share)
 {
     const quad up = quad_mul(quad_mul(share, quad_load(s->up)), quad_yzx(p));
     const quad torque = quad_fma(quad_mul(share, quad_load(s->down)), quad_zxy(p), up);
@@ -204,7 +204,7 @@ INLINE void set_friction_variable(kr_series *s, kr_series *scratch, int n, quad 
 /* Returns W_{n+1} with the friction torque that keeps the spin <U, apex> constant. `w` is W_{n+1}
  * without friction, and `o` is O_{n+1}. Stores the n-th coefficient of the friction torque, divided
  * by the maximum of this torque, in lane 0 of W_n. Overwrites own->end_w. */
-INLINE quad add_holding_torque(kr_series *s, kr_series *own, int n, quad w, quad o)
+INLINE quad add_friction_holding_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
                lost = quad_mul(minus, dot_lanes(own, gained, quad_load(s->apex)));
@@ -237,8 +237,8 @@ INLINE quad find_gravity_gradient_products(const kr_series *s, int n)
 /* Stores `w` as W_n in s->w[n], and U_n = W_n - O_n in own->w[n], where O_n is `o`, or 0 if `turns`
  * is 0. Stores their permutations in turned[n]. If the top slides and `is_known` is 0, stores the
  * n-th coefficient of the spin in lane 0 of W_n. */
-INLINE void set_velocities(kr_series *s, kr_series *own, turned_term *turned, int n, quad w, quad o,
-                           int turns, int is_known)
+INLINE void set_coefficients_of_W_and_U(kr_series *s, kr_series *own, turned_term *turned, int n,
+                                        quad w, quad o, int turns, int is_known)
 {
     const quad u = turns ? quad_fma(quad_splat(-1.0), o, w) : w;
     quad_store(own->w[n], u);
@@ -264,16 +264,16 @@ INLINE void expand_effective_gravity(const kr_series *s, kr_series *own, int ord
     }
 }
 /* Computes W, U and O of order n + 1. `vertical` is P_n, and `a` contains the sums of order n. */
-INLINE void set_next_velocities(kr_series *s, kr_series *own, turned_term *turned, int n,
-                                quad vertical, const series_sums *a, int terms)
+INLINE void set_next_angular_velocities(kr_series *s, kr_series *own, turned_term *turned, int n,
+                                        quad vertical, const series_sums *a, int terms)
 {
     const quad o = terms & TURNS ? find_cross_coefficient(a->support, n + 1) : quad_splat(0.0);
     quad w = next_top_velocity(a, s, own, n, terms & SHAKES ? duo_second(a->pulled) : vertical);
     if (terms & GRADIENT)
         w = quad_fma(quad_mul(quad_reciprocal(n + 1), quad_load(s->steep)),
                      find_gravity_gradient_products(s, n), w);
-    if (s->holds != 0.0) w = add_holding_torque(s, own, n, w, o);
-    set_velocities(s, own, turned, n + 1, w, o, terms & TURNS, 0);
+    if (s->holds != 0.0) w = add_friction_holding_spin(s, own, n, w, o);
+    set_coefficients_of_W_and_U(s, own, turned, n + 1, w, o, terms & TURNS, 0);
 }
 
 /* Computes the Taylor coefficients of order n + 1 of q, P and W, with SUPPORT also of U and O. */
@@ -285,12 +285,12 @@ INLINE void set_next_coefficients(kr_series *s, kr_series *own, turned_term *tur
     if (terms & HEADLESS)
         store_and_permute_vertical(s, turned, n + 1, find_cross_coefficient(a.p, n + 1));
     else
-        duo_store(s->x[n + 1], next_attitude_coefficient(&a, duo_reciprocal(n + 1)));
+        duo_store(s->x[n + 1], next_attitude_and_vertical(&a, duo_reciprocal(n + 1)));
     if (terms & SUPPORT) {
-        set_next_velocities(s, own, turned, n, p, &a, terms);
+        set_next_angular_velocities(s, own, turned, n, p, &a, terms);
         return;
     }
-    quad w = next_velocity_coefficient(&a, s, p, quad_reciprocal(n + 1));
+    quad w = next_angular_velocity(&a, s, p, quad_reciprocal(n + 1));
     if (terms & DAMPED)
         w = quad_fma(quad_mul(quad_reciprocal(n + 1), quad_load(s->drag)), quad_load(s->w[n]), w);
     store_and_permute(s->w[n + 1], &turned[n + 1].w, w);
@@ -344,7 +344,7 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
  * of such products. If the products nearly cancel, the sums are small, but still contain the
  * rounding errors of the large products. A step size based only on the last Taylor term would then
  * be too large. */
-INLINE double step_size_for_products(const kr_series *s, int head, double log2_size)
+INLINE double step_size_for_product_size(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);
     return approx_exp2(scalar_fma(log2_size, 1.0 / head, a < b ? a : b));
@@ -362,15 +362,15 @@ INLINE void permute_known_coefficients(kr_series *s, turned_term *turned, int fr
 INLINE void set_known_relative_velocities(kr_series *s, kr_series *own, turned_term *turned,
                                           int from, int terms)
 {
-    set_velocities(s, own, turned, 0, quad_load(s->w[0]), quad_load(s->turn), terms & TURNS,
-                   from > 0);
+    set_coefficients_of_W_and_U(s, own, turned, 0, quad_load(s->w[0]), quad_load(s->turn),
+                                terms & TURNS, from > 0);
     for (int n = 0; n < from; n++) {
         duo support = duo_splat(0.0);
         if (terms & TURNS)
             for (int j = 0; j <= n; j++)
                 support = duo_fma(turned[j].u, turned[n - j].fixed, support);
-        set_velocities(s, own, turned, n + 1, quad_load(s->w[n + 1]),
-                       find_cross_coefficient(support, n + 1), terms & TURNS, 1);
+        set_coefficients_of_W_and_U(s, own, turned, n + 1, quad_load(s->w[n + 1]),
+                                    find_cross_coefficient(support, n + 1), terms & TURNS, 1);
     }
 }
 /* Computes the coefficients of orders `from` + 1 to `order`, given those of orders 0 to `from`.
@@ -395,7 +395,7 @@ APART void expand_damped(kr_series *s, int from, int order, int terms)
 }
 #if !defined KR_NO_SUPPORTS
 #  if defined KR_LONG_FUNCTIONS
-APART void expand_moving_support(kr_series *s, int from, int order)
+APART void expand_with_moving_support(kr_series *s, int from, int order)
 {
     expand_with_terms(s, from, order,
                       SUPPORT | (s->turns != 0.0 ? TURNS : 0) | (s->shakes != 0.0 ? SHAKES : 0) |
@@ -404,22 +404,22 @@ APART void expand_moving_support(kr_series *s, int from, int order)
 INLINE void expand_with_support(kr_series *s, int from, int order, int terms)
 {
     (void)terms;
-    expand_moving_support(s, from, order);
+    expand_with_moving_support(s, from, order);
 }
 #  else
-APART void expand_turning_support(kr_series *s, int from, int order)
+APART void expand_with_turning_support(kr_series *s, int from, int order)
 {
     expand_with_terms(s, from, order, SUPPORT | TURNS);
 }
-APART void expand_shaking_support(kr_series *s, int from, int order)
+APART void expand_with_shaking_support(kr_series *s, int from, int order)
 {
     expand_with_terms(s, from, order, SUPPORT | SHAKES);
 }
-APART void expand_moving_support(kr_series *s, int from, int order)
+APART void expand_with_moving_support(kr_series *s, int from, int order)
 {
     expand_with_terms(s, from, order, SUPPORT | TURNS | SHAKES);
 }
-APART void expand_gravity_gradient(kr_series *s, int from, int order)
+APART void expand_with_gravity_gradient(kr_series *s, int from, int order)
 {
     expand_with_terms(s, from, order, SUPPORT | TURNS | GRADIENT);
 }
@@ -435,13 +435,13 @@ INLINE void expand_with_support(kr_series *s, int from, int order, int terms)
     if (terms & HEADLESS)
         expand_support_without_heading(s, from, order);
     else if (s->gradient != 0.0)
-        expand_gravity_gradient(s, from, order);
+        expand_with_gravity_gradient(s, from, order);
     else if (s->turns == 0.0)
-        expand_shaking_support(s, from, order);
+        expand_with_shaking_support(s, from, order);
     else if (s->shakes == 0.0)
-        expand_turning_support(s, from, order);
+        expand_with_turning_support(s, from, order);
     else
-        expand_moving_support(s, from, order);
+        expand_with_moving_support(s, from, order);
 }
 #  endif
 #endif
@@ -468,8 +468,8 @@ INLINE void expand_series(kr_series *s, int from, int order, int terms)
 
 /* Writes the sums of s->x[n] * h^(n - from) and s->w[n] * h^(n - from) over n = from, ..., order to
  * sum_x and sum_w. Here, h is the time *to - s->t. Even and odd powers are summed in parallel. */
-INLINE void evaluate_terms(const kr_series *s, int from, int order, const double *to, double *sum_x,
-                           double *sum_w)
+INLINE void evaluate_terms_over_power(const kr_series *s, int from, int order, const double *to,
+                                      double *sum_x, double *sum_w)
 {
     const duo h = duo_span(&s->t, to), hh = duo_mul(h, h);
     const quad h4 = quad_span(&s->t, to), hh4 = quad_mul(h4, h4);

@@ -58,18 +58,18 @@ static void set_rotor_terms(kr_series s[2], const kr_motion *motion, double rate
         dd k = dd_make(s[0].k[i + 1], s[1].k[i + 1]);
         if (own[0].hi == 0.0 && own[1].hi == 0.0) continue;
         if (!(fabs(k.hi) >= KR_LEAST_FACTOR)) k = dd_of(KR_LEAST_FACTOR);
-        set_words(&s->k[i + 1], k);
+        store_both_words(&s->k[i + 1], k);
         for (int j = 0; j < 2; j++)
             if (own[j].hi != 0.0)
-                set_words(&s->shift[i + 1 + 4 * j], dd_div(dd_div(own[j], A[i]), k));
+                store_both_words(&s->shift[i + 1 + 4 * j], dd_div(dd_div(own[j], A[i]), k));
     }
 }
 /* Sets the members `gradient` and `steep`, given s->k. */
-static void set_gradient_terms(kr_series s[2], double gradient)
+static void set_gravity_gradient_terms(kr_series s[2], double gradient)
 {
     s[0].gradient = s[1].gradient = gradient;
     for (int i = 1; i < 4; i++)
-        set_words(&s->steep[i], dd_times(-gradient, dd_make(s[0].k[i], s[1].k[i])));
+        store_both_words(&s->steep[i], dd_times(-gradient, dd_make(s[0].k[i], s[1].k[i])));
 }
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate,
                              const struct kr_support_ops *supports)
@@ -84,7 +84,7 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     const kr_vec3 drag = v_scale(-1.0 / rate, motion->damping);
     set_vector_words(s[0].drag, s[1].drag, vdd_over(vdd_of(drag), A));
     s[0].linear = v_largest(drag) > 0.0 ? 1.0 : 0.0;
-    set_gradient_terms(s, motion->gradient / (rate * rate));
+    set_gravity_gradient_terms(s, motion->gradient / (rate * rate));
     set_rotor_terms(s, motion, rate);
     if (supports) s[0].linear = 2.0;
     const double rates =

@@ -64,7 +64,7 @@ enum {
 
 #include "slow_directions.h"
 
-static kr_vec3 get_support_velocity(const kr_series *s, const slow_directions *slow)
+static kr_vec3 get_support_angular_velocity(const kr_series *s, const slow_directions *slow)
 {
     return slow->turns ? v_of(s->turn + 1) : v3(0.0, 0.0, 0.0);
 }
@@ -75,7 +75,7 @@ static double largest_effective_gravity(const kr_series *s)
 /* Returns W at the end of the last step without the strongly damped components u_i v_i. */
 static kr_vec3 find_weakly_damped_velocity(const kr_series *s, const slow_directions *slow)
 {
-    const kr_vec3 O = get_support_velocity(s, slow), U = v_sub(v_of(s->end_w + 1), O);
+    const kr_vec3 O = get_support_angular_velocity(s, slow), U = v_sub(v_of(s->end_w + 1), O);
     kr_vec3 sum = O;
     for (int i = 0; i < slow->count; i++)
         if (!slow->is_slow[i])
@@ -93,7 +93,7 @@ static void bound_damped_velocities(const kr_taylor *p, const slow_directions *s
     double torque[3], own[3], turn[3];
     const kr_vec3 rest = find_weakly_damped_velocity(s, slow);
     v_put(own, rest);
-    v_put(turn, v_cross(get_support_velocity(s, slow), rest));
+    v_put(turn, v_cross(get_support_angular_velocity(s, slow), rest));
     for (int a = 0; a < 3; a++) {
         const int lane = a + 1, j = (a + 1) % 3, k = (a + 2) % 3;
         const double product = w[j] * w[k] - (w[j] - own[j]) * (w[k] - own[k]),
@@ -118,8 +118,8 @@ static void bound_damped_velocities(const kr_taylor *p, const slow_directions *s
 static double find_error_scale(const kr_taylor *p, const slow_directions *slow, double bound[3])
 {
     const kr_series *s = p->series;
-    const kr_vec3 known =
-        slow->is_held ? find_weakly_damped_velocity(s, slow) : get_support_velocity(s, slow);
+    const kr_vec3 known = slow->is_held ? find_weakly_damped_velocity(s, slow)
+                                        : get_support_angular_velocity(s, slow);
     double least = 1.0, largest = 0.0;
     bound_damped_velocities(p, slow, bound);
     for (int i = 0; i < slow->count; i++) {
@@ -134,8 +134,8 @@ static double find_error_scale(const kr_taylor *p, const slow_directions *slow, 
 /* Returns the velocity that divides distances from the slow manifold: `error_scale`, the result of
  * find_error_scale for the strongly damped directions. If `strong` is not NULL, it marks a larger
  * set; returns the maximum for both sets, because errors of earlier steps depend on `strong`. */
-static double find_distance_scale(const kr_taylor *p, double error_scale,
-                                  const slow_directions *strong)
+static double find_manifold_distance_scale(const kr_taylor *p, double error_scale,
+                                           const slow_directions *strong)
 {
     double bound[3];
     return strong ? fmax(error_scale, find_error_scale(p, strong, bound)) : error_scale;
@@ -174,7 +174,7 @@ static double bound_undamped_torque(const kr_motion *motion)
     const double turning = support_angular_speed(p), square = p->rate * p->rate,
                  pull = square * v_length(v_times(A, v_of(s->up + 1))) +
                         fabs(motion->gradient) * v_largest(A),
-                 friction = s->slides != 0.0 ? kr_support_friction(motion, 1.0) : 0.0;
+                 friction = s->slides != 0.0 ? kr_support_friction_torque(motion, 1.0) : 0.0;
     return pull * largest_effective_gravity(s) + friction +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
@@ -222,20 +222,20 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
 }
 /* Returns 1 if an expansion on the slow manifold is worth trying. The estimated distance of each
  * strongly damped u_i from the manifold (|u_i'| / d_i without a rotor) must be at most the largest
- * of `near` times find_distance_scale, the rounding error of u_i, a quarter of its bound
+ * of `near` times find_manifold_distance_scale, the rounding error of u_i, a quarter of its bound
  * (bound_damped_velocities) and, if `is_settled` is 1, a quarter of |u_i| on the manifold. */
 static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
                                 const slow_directions *strong, double near, int is_settled)
 {
     const kr_series *s = p->series;
-    const kr_vec3 O = get_support_velocity(s, slow), W = v_of(s->end_w + 1),
+    const kr_vec3 O = get_support_angular_velocity(s, slow), W = v_of(s->end_w + 1),
                   rub = slow->slides ? v_of(s->rub + 1) : v3(0.0, 0.0, 0.0),
                   rate = v_add(v_sub(kr_taylor_acceleration(s), v_cross(O, W)), rub);
     /* Rounding error of the change of u_i, which is computed from differences of velocities. */
     const double rounding = slow->turns || slow->is_held ? ROUNDING * v_largest(W) : 0.0,
                  share = is_settled ? 0.25 : 0.0;
     double change[3] = {0.0, 0.0, 0.0}, bound[3];
-    const double scale = find_distance_scale(p, find_error_scale(p, slow, bound), strong),
+    const double scale = find_manifold_distance_scale(p, find_error_scale(p, slow, bound), strong),
                  noise = fmax(fmax(near * scale, rounding), TINY_VELOCITY);
     for (int k = 0; k < slow->count; k++) {
         if (!slow->is_slow[k]) continue;
@@ -283,7 +283,7 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
     if (off < UNRESOLVED && !may_be_near_manifold(p, slow, strong, near, off >= 1.0)) return 0;
     frexp(slow->rate, &exponent);
     if (slow->rate > 0.0) kr_taylor_set_rate(p, motion, ldexp(1.0, exponent), slow->supports);
-    const double friction = slow->is_held ? kr_support_friction(motion, p->rate) : 0.0;
+    const double friction = slow->is_held ? kr_support_friction_torque(motion, p->rate) : 0.0;
     if (kr_taylor_is_extended(motion)
             ? deep_expand_on_manifold(p, slow, strong, kernel->order, off, 0x1p-96, friction, &wait)
             : plain_expand_on_manifold(p, slow, strong, kernel->order, off, 0x1p-48, friction,
@@ -309,10 +309,10 @@ static int may_step_on_manifold(const kr_motion *motion)
     return -fmin(drag[0], fmin(drag[1], drag[2])) >
            STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));
 }
-/* Initializes `slow`, except for the members that mark_strong_directions sets. Returns 0 if no
+/* Initializes `slow`, except for the members that try_strong_directions sets. Returns 0 if no
  * damping rate exceeds STRONG_ALONE times `undamped`, a bound on the rate of the undamped top. */
-static int find_damping_directions(const kr_motion *motion, double undamped,
-                                   const kr_support_ops *supports, slow_directions *slow)
+static int find_directions_if_damped(const kr_motion *motion, double undamped,
+                                     const kr_support_ops *supports, slow_directions *slow)
 {
     const kr_series *s = taylor_of(motion)->series;
     memset(slow, 0, sizeof *slow);
@@ -352,10 +352,10 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, const kr_support_op
     const double undamped = bound_undamped_rate(motion, velocity, supports),
                  pull = bound_undamped_torque(motion);
     if (supports) supports->set_mode(motion);
-    const int is_damped = find_damping_directions(motion, undamped, supports, &slow),
+    const int is_damped = find_directions_if_damped(motion, undamped, supports, &slow),
               count = p->has_tangents == 0.0 ? slow.count : 0;
     for (int i = 0; i < count; i++) {
-        if (!mark_strong_directions(&slow, i, undamped, pull)) continue;
+        if (!try_strong_directions(&slow, i, undamped, pull)) continue;
         if (step_on_manifold(p, motion, kernel, &slow, strong)) return 1;
         if (strong) continue;
         largest_set = slow;

@@ -145,8 +145,8 @@ static double bound_rotor_rate(const slow_directions *slow)
 /* Marks all directions as strongly damped, except for the `weak_count` ones with the weakest
  * damping. Sets slow->fall and slow->rate, given bounds on undamped rates and on torques. Returns
  * 1, and sets slow->gain, if damping about the marked directions is strong (STRONG), else 0. */
-static int mark_strong_directions(slow_directions *slow, int weak_count, double undamped_rate,
-                                  double most_torque)
+static int try_strong_directions(slow_directions *slow, int weak_count, double undamped_rate,
+                                 double most_torque)
 {
     double others = undamped_rate, weakest = INFINITY, creep = 0.0;
     slow->fall = slow->shaking;

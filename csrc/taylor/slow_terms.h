@@ -220,7 +220,8 @@ static void REAL(begin_expansion)(REAL(terms) * s, const slow_directions *slow,
 }
 /* Sets the coefficients, of orders 0 to `order`, of the friction variable of a sliding top: the
  * spin <U, a>. These coefficients must be zero before the call. The rows of U begin at `u_row`. */
-static void REAL(expand_spin)(REAL(terms) * s, int u_row, int order, const kr_series from[2])
+static void REAL(expand_spin_while_sliding)(REAL(terms) * s, int u_row, int order,
+                                            const kr_series from[2])
 {
     for (int n = 0; n <= order; n++)
         for (int i = 0; i < 3; i++)
@@ -286,7 +287,7 @@ static int REAL(expand_on_manifold)(kr_taylor *p, const slow_directions *slow,
                                     double noise, double friction, double *wait)
 {
     double bound[3], moved = INFINITY, size = find_error_scale(p, slow, bound);
-    const double scale = find_distance_scale(p, size, strong);
+    const double scale = find_manifold_distance_scale(p, size, strong);
     REAL(terms) s;
     REAL(begin_expansion)(&s, slow, p->series, p->rate);
     for (int i = 0; i < slow->count; i++)
@@ -301,7 +302,7 @@ static int REAL(expand_on_manifold)(kr_taylor *p, const slow_directions *slow,
     if (slow->is_held) REAL(update_coefficients)(&s, slow, order);
     if (!REAL(is_on_manifold)(&s, p->series, slow, bound, scale, near, wait)) return 0;
     for (int n = 0; n < order; n++) REAL(set_next_attitude)(&s, U_OF(slow), n);
-    if (slow->slides) REAL(expand_spin)(&s, U_OF(slow), order, p->series);
+    if (slow->slides) REAL(expand_spin_while_sliding)(&s, U_OF(slow), order, p->series);
     if (slow->is_held) REAL(expand_friction_ratio)(&s, slow, p->rate, friction, order);
     REAL(write_coefficients)(&s, order, p->series);
     return 1;

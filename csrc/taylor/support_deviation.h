@@ -104,7 +104,7 @@ static void REAL(read_path_coefficients)(REAL(moving_path) * p, const kr_series 
 static void REAL(read_friction)(REAL(moving_path) * p, const kr_motion *motion, double rate,
                                 const kr_series path[2], int order)
 {
-    const double friction = kr_support_friction(motion, rate);
+    const double friction = kr_support_friction_torque(motion, rate);
     p->apex = r_get(path, apex + 1);
     p->inverse_inertia = REAL(sum_components)(VEC(over)(VEC(times)(p->apex, p->apex), p->A));
     for (int n = 0; n < order; n++)

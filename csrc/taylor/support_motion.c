@@ -253,7 +253,8 @@ static int find_friction_jump(const kr_motion *motion, int order, dd *factor)
 {
     const kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
-    const double before = kr_support_sliding(s), friction = kr_support_friction(motion, p->rate);
+    const double before = kr_support_sliding(s),
+                 friction = kr_support_friction_torque(motion, p->rate);
     const int is_start = s->slides == 0.0 && s->holds == 0.0;
     if (!(friction > 0.0) || s->holds != 0.0 || (!is_start && p->sliding == before)) return 0;
     if (p->sliding == 0.0) {

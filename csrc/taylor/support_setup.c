@@ -31,7 +31,7 @@ static void dd_sincos(dd angle, dd *s, dd *c)
     *c = cs;
 }
 /* Returns the angular velocity of the support along e1, e2, e3 (kreisel.h), in internal units. */
-static kr_vec3 support_velocity(const kr_motion *motion)
+static kr_vec3 support_angular_velocity(const kr_motion *motion)
 {
     return v_scale(motion->time_unit, motion->scene->turning);
 }
@@ -78,18 +78,19 @@ double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
 {
     const kr_vec3 A = motion->inertia;
     dd base, sway;
-    const double turning = v_length(support_velocity(motion)), least = fmin(A.x, fmin(A.y, A.z));
+    const double turning = v_length(support_angular_velocity(motion)),
+                 least = fmin(A.x, fmin(A.y, A.z));
     const vec_dd lever = kr_support_split(motion, &base, &sway);
     const double pull = v_length(vdd_high(lever)), carried = v_length(motion->rotor),
                  root = sqrt(v_dot(v_times(A, W), W)) + sqrt(v_largest(A)) * turning,
                  energy = root * root + v_largest(A) * turning * turning + 4.0 * carried * turning +
                           4.0 * pull * (1.0 + fabs(sway.hi)) +
                           fabs(motion->gradient) * v_largest(A);
-    const double stop = is_held ? 0.0 : sqrt(kr_support_friction(motion, 1.0) / least);
+    const double stop = is_held ? 0.0 : sqrt(kr_support_friction_torque(motion, 1.0) / least);
     return fmax(fmax(shaking_rate(motion), stop), turning + sqrt(energy / least));
 }
 /* Returns the apex (kreisel.h), a unit vector, along the principal axes. */
-static vec_dd find_apex(const kr_motion *motion)
+static vec_dd find_apex_direction(const kr_motion *motion)
 {
     const vec_dd along = motion->body->com;
     if (!(v_largest(vdd_high(along)) > 0.0)) return vdd_of(v3(0.0, 0.0, 1.0));
@@ -97,21 +98,21 @@ static vec_dd find_apex(const kr_motion *motion)
 }
 static void set_friction_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
-    const vec_dd apex = find_apex(motion), eased = vdd_over(apex, motion->body->inertia);
+    const vec_dd apex = find_apex_direction(motion), eased = vdd_over(apex, motion->body->inertia);
     const dd ease = vdd_dot(apex, eased), per_ease = dd_div(dd_of(1.0), ease);
-    const double friction = kr_support_friction(motion, rate);
+    const double friction = kr_support_friction_torque(motion, rate);
     set_vector_words(s[0].apex, s[1].apex, apex);
     set_vector_words(s[0].yield, s[1].yield, vdd_scale(per_ease, eased));
-    set_words(&s[0].per_grip, dd_div(per_ease, dd_of(friction)));
+    store_both_words(&s[0].per_grip, dd_div(per_ease, dd_of(friction)));
 }
 vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
     dd base, sway;
     const vec_dd lever = kr_support_split(motion, &base, &sway);
     const dd per_rate = dd_times(motion->time_unit / rate, dd_of(motion->scene->shaking.rate));
-    set_words(&s[0].sway[2], per_rate);
-    set_words(&s[0].sway[3], base);
-    set_words(&s[0].sway_most, sway);
+    store_both_words(&s[0].sway[2], per_rate);
+    store_both_words(&s[0].sway[3], base);
+    store_both_words(&s[0].sway_most, sway);
     s[0].turns = kr_support_turns(motion->scene);
     s[0].shakes = kr_support_shakes(motion->scene);
     if (motion->scene->friction > 0.0) set_friction_constants(s, motion, rate);
@@ -119,7 +120,7 @@ vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double 
 }
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate)
 {
-    const double turning = v_length(support_velocity(motion)) / rate,
+    const double turning = v_length(support_angular_velocity(motion)) / rate,
                  shaking = shaking_rate(motion) / rate, steep = sqrt(v_largest(v_of(s->steep + 1))),
                  most = fmax(fmax(turning, shaking), steep);
     if (most > 0.0) s[0].fall = s[1].fall = fmin(s[0].fall, 1.0 / most);
@@ -169,10 +170,10 @@ static void set_gravity_oscillation(kr_series s[2], const kr_motion *motion, dou
     const dd sway = dd_make(s[0].sway_most, s[1].sway_most);
     dd sine, cosine;
     kr_support_phase(motion, rate, s[0].end, s[1].end, &cosine, &sine);
-    set_words(&s[0].sway[0], dd_mul(sway, cosine));
-    set_words(&s[0].sway[1], dd_mul(sway, sine));
+    store_both_words(&s[0].sway[0], dd_mul(sway, cosine));
+    store_both_words(&s[0].sway[1], dd_mul(sway, sine));
 }
-static void set_support_velocity(kr_series s[2], const kr_motion *motion, double rate)
+static void set_support_angular_velocity(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 own = v_scale(motion->time_unit / rate, motion->scene->turning);
     if (!kr_taylor_is_extended(motion)) {
@@ -185,7 +186,7 @@ static void set_support_velocity(kr_series s[2], const kr_motion *motion, double
 }
 void kr_support_place(kr_series s[2], const kr_motion *motion, double rate)
 {
-    if (s->turns != 0.0) set_support_velocity(s, motion, rate);
+    if (s->turns != 0.0) set_support_angular_velocity(s, motion, rate);
     if (s->shakes != 0.0) set_gravity_oscillation(s, motion, rate);
 }
 
@@ -194,7 +195,7 @@ void kr_support_set_mode(const kr_motion *motion)
     kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
     if (!(motion->scene->friction > 0.0)) return;
-    const double friction = kr_support_friction(motion, p->rate);
+    const double friction = kr_support_friction_torque(motion, p->rate);
     const vec_dd apex = v_dd(v_of(s[0].apex + 1), v_of(s[1].apex + 1)),
                  eased = vdd_over(apex, motion->body->inertia);
     s[0].slides = p->sliding != 0.0;

@@ -9,7 +9,7 @@
 #include "taylor.h"
 
 /* Returns 1 if `scene` has friction, a gravity gradient or a moving support, 0 if it is NULL. */
-static inline int kr_support_moves(const kr_scene *scene)
+static inline int kr_support_is_needed(const kr_scene *scene)
 {
     return scene && kr_scene_needs_support_terms(scene);
 }
@@ -37,7 +37,7 @@ double kr_support_sliding(const kr_series *s);
 /* Upper limit of the friction torque in internal units, because larger torques might overflow. */
 #define MOST_FRICTION 1e250
 /* Returns the magnitude of the friction torque, with 1 / rate as the unit of time. */
-static inline double kr_support_friction(const kr_motion *motion, double rate)
+static inline double kr_support_friction_torque(const kr_motion *motion, double rate)
 {
     const double own = motion->scene->friction / motion->momentum_unit * motion->time_unit;
     return fmin(own, MOST_FRICTION) / (rate * rate);

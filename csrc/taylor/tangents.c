@@ -192,7 +192,7 @@ static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed 
         if (seeds[i].timing >= KR_TIMING_AMPLITUDE || v_largest(seeds[i].turning) > 0.0 ||
             seeds[i].gradient != 0.0)
             return 1;
-    return kr_support_moves(motion->scene);
+    return kr_support_is_needed(motion->scene);
 }
 static void start_tangents(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
@@ -361,7 +361,7 @@ static kr_status advance_tangents(const kr_motion *motion, double *memory, size_
 
 /* Computes the Taylor series of the substep that contains `time`, if they are not in memory. For a
  * `time` before the substep in memory, begins again with the first substep. */
-static void expand_substep_at(const tangent_set *t, double time)
+static void expand_substep_containing(const tangent_set *t, double time)
 {
     const tangent_work *c = t->work;
     const double forward = c->to < c->from ? -1.0 : 1.0;
@@ -388,7 +388,7 @@ static void evaluate_tangents(const kr_motion *motion, kr_quat attitude, double 
     const tangent_set t = make_tangent_set(motion, memory, n);
     const int is_end = s->at == t.work->to && (t.words == 1 || s[1].at == t.work->to_low);
     if (!is_end) {
-        expand_substep_at(&t, s->at);
+        expand_substep_containing(&t, s->at);
         for (size_t i = 0; i < t.structs; i++) {
             kr_tangent *g = t.first + i * t.words;
             t.kernel->sum(g, t.order, &s->at, g->at);

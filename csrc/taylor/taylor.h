@@ -170,13 +170,13 @@ typedef struct kr_isa {
 
 extern const kr_tangent_ops kr_taylor_tangents;
 /* Stores the vector v as a pure quaternion (0, v) in four doubles. */
-static inline void set_lanes(double lanes[4], kr_vec3 v)
+static inline void store_as_pure_quaternion(double lanes[4], kr_vec3 v)
 {
     lanes[0] = 0.0;
     v_put(lanes + 1, v);
 }
 /* Stores a.hi at `high`, inside a kr_series, and a.lo at the same place of the next kr_series. */
-static inline void set_words(double *high, dd a)
+static inline void store_both_words(double *high, dd a)
 {
     *high = a.hi;
     *(double *)(void *)((char *)high + sizeof(kr_series)) = a.lo;
@@ -184,8 +184,8 @@ static inline void set_words(double *high, dd a)
 /* Stores the high and the low words of the vector v as two pure quaternions. */
 static inline void set_vector_words(double high[4], double low[4], vec_dd v)
 {
-    set_lanes(high, vdd_high(v));
-    set_lanes(low, vdd_low(v));
+    store_as_pure_quaternion(high, vdd_high(v));
+    store_as_pure_quaternion(low, vdd_low(v));
 }
 /* Returns the time derivative of W at the end of the last step, in the unit of time of the series,
  * without the contribution of friction. */

@@ -223,7 +223,7 @@ static void stop_below_floor(kr_simulation_slot *a, const kr_state *before)
     a->now = *before;
 }
 /* Advances a top by one step. Returns 0 if the step budget was exhausted before its end, else 1. */
-static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
+static int take_step_within_budget(kr_simulation *simulation, kr_simulation_slot *a)
 {
     const int64_t k = a->steps + 1;
     const kr_state before = a->now;
@@ -271,7 +271,7 @@ int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t
                          KR_SIMULATION_BUDGET_PER_STEP * (most < INT32_MAX ? most : INT32_MAX);
     while (tick <= target && most-- > 0) {
         const int64_t reached = tick;
-        simulation->is_late = !take_step(simulation, next);
+        simulation->is_late = !take_step_within_budget(simulation, next);
         if (simulation->is_late) break;
         tick = find_next_step(simulation, &next);
         if (tick == reached || tick == INT64_MAX) continue; /* another step ends at `reached` */
