@@ -123,8 +123,8 @@ typedef struct kr_body {
     kr_vec3 inertia; /* principal moments at the fixed point [M L^2] */
     kr_vec3 com;     /* centre of mass relative to the fixed point, along the principal axes [L] */
     kr_quat axes;    /* principal axes -> frame of description: v_described = axes v axes* */
-    /* For rounded values from the literature, in [0, 1): the largest moment may exceed the sum of
-     * the other two by the fraction `rounded` of this sum, or 1e-12 if `rounded` is smaller. */
+    /* A tolerance in [0, 1) for rounded values from the literature: the largest moment may exceed
+     * the sum of the other two by the fraction max(rounded, 1e-12) of this sum. */
     double rounded;
     /* Momentum of rotors relative to the body (a gyrostat), kept constant by motors, along the
      * principal axes [M L^2 T^-1]. The momentum m of a state includes it. `inertia` includes the
@@ -192,10 +192,10 @@ typedef struct kr_config {
      * an automatic choice. Fixed-step methods refuse |t| >= 2^50 * |step| (KR_ERR_STEP). */
     double step;
     /* Tolerance below 1, or 0 for the default: of the local error (adaptive methods), the residual
-     * (implicit methods), or the certificate (method exact; larger values count as the default). */
+     * (implicit methods), or the certificate (method exact; at most KR_EXACT_BOUND is used). */
     double tol;
-    /* Maximum number of steps since start.t (in all calls), or 0 for no limit. For each requested
-     * time, an adaptive method without dense output may make as many further ones, up to 1024. */
+    /* Maximum number of steps since start.t (in all calls), or 0 for no limit. An adaptive method
+     * without dense output may add min(max_steps, 1024) steps (1024 if 0) per requested time. */
     int64_t max_steps;
     /* NULL, or called with `context` after every 256 steps and 1024 states (2^16 in a worker), and
      * in every step of adaptive methods without dense output. A nonzero result stops the run. */
@@ -467,9 +467,9 @@ typedef struct kr_term {
 /* Returns the sum of n terms at a state. */
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
-/* If the function g is a multiple of the spin, an event also occurs when friction stops the spin,
- * but none when the top slides again. |g| counts as zero below 2^-50 times an upper bound of |g|
- * during a step or, until a sign of g is known, below 2^-40 times this bound. */
+/* g is the sum of `terms`. If it is a multiple of the spin, an event also occurs when friction
+ * stops the spin, but none when the top slides again. |g| counts as zero below 2^-50 times an upper
+ * bound of |g| in a step or, until a sign of g is known, 2^-40 times it. */
 typedef struct kr_event {
     const kr_term *terms;     /* the `count` terms of g */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
@@ -597,8 +597,8 @@ typedef struct kr_tops {
     kr_state *states;     /* [n][times]; NaN after the first `done`; may be NULL */
     double *reduced;      /* [n][reductions]; NaN for a failed top; may be NULL */
     kr_outcome *outcomes; /* [n] */
-    /* Growth indicators, [n][times][KR_GROWTH_COUNT], NaN after the first `done`; may be NULL.
-     * `direction`: initial tangent, like a column of kr_top_tangents; NULL: arbitrary numbers. */
+    /* Growth indicators, [n][times][KR_GROWTH_COUNT], NaN after outcomes[i].done; may be NULL.
+     * `direction`: initial tangent, like a column of kr_top_tangents; NULL: a fixed default. */
     double *growth;
     const double *direction;
 } kr_tops;

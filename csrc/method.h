@@ -78,8 +78,8 @@ typedef struct kr_step_polynomial {
     double held;
     /* With dry friction: the sign of the spin in this step, or 0 while friction holds the top. */
     double sliding;
-    /* Adds the product of the series a and b to c, up to the coefficient c[order] or a few more.
-     * The arrays must contain zeros before b[0] and after the last coefficients of a and b. */
+    /* Adds the product of a and b to c[0], ..., c[N]; N + 1 is the least multiple of 8 above
+     * `order`. Zeros must fill b[-7] to b[-1], and a and b from their ends up to a[N] and b[N]. */
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_step_polynomial;
 

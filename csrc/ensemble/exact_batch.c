@@ -48,7 +48,7 @@ static size_t store_valid_states(kr_worker *worker, kr_slot *slot, kr_accumulato
 /* Stores the outcome and the states of top i. The states are those in tops->states if `plan` is
  * NULL, or else computed from the closed form `plan`, in blocks of STATES_PER_CALL. If a state is
  * invalid, the scalar code computes the top instead. */
-INLINE void store_exact_states(kr_worker *worker, size_t i, const kr_exact_form *plan)
+INLINE void finish_exact_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
 {
     const kr_tops *tops = worker->tops;
     const double *t = kr_worker_times_of(tops, i);
@@ -94,7 +94,7 @@ void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status stat
         if (!are_times_valid(&worker->config, tops, from + i))
             kr_worker_run_scalar(worker, worker->exact_top, from + i);
         else
-            store_exact_states(worker, from + i, at_once ? NULL : &worker->plans[i]);
+            finish_exact_top(worker, from + i, at_once ? NULL : &worker->plans[i]);
     }
     kr_worker_poll(worker);
 }

@@ -83,9 +83,9 @@ static kr_vec3 make_zeros_negative(kr_vec3 v)
 {
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
-/* Returns `difference`, a difference of two moments of inertia. If it is near 0, and a component
- * rotor_1 or rotor_2 of the rotor is not 0, returns KR_LEAST_FACTOR (taylor.h) * moment + DBL_MIN
- * instead, because the caller divides these components by the result. */
+/* Returns `difference`, of two moments of inertia. `moment` is the third one; the caller divides
+ * the rotor components rotor_1 and rotor_2 by the result. If one of them is not 0, and `difference`
+ * is near 0, returns KR_LEAST_FACTOR (taylor.h) * moment + DBL_MIN instead. */
 static double avoid_zero_moment_difference(double difference, double moment, double rotor_1,
                                            double rotor_2)
 {
@@ -106,7 +106,7 @@ typedef struct {
 } shifted_constants;
 /* Returns the constants of `motion`, converted from internal units and principal axes to a lane
  * with the unit of frequency `rate` and permuted axes: a vector v becomes shift_axes(v, shift). */
-static shifted_constants make_shifted_constants(const kr_motion *motion, double rate, int shift)
+static shifted_constants convert_constants_to_lane(const kr_motion *motion, double rate, int shift)
 {
     const kr_vec3 A = shift_axes(motion->inertia, shift),
                   h = v_scale(1.0 / rate, shift_axes(motion->rotor, shift));
@@ -201,7 +201,7 @@ static int load_top_into_lane(kr_worker *worker, int lane)
     kr_slot *slot = &worker->slots[lane];
     int shift;
     const kr_quat turn = rotation_to_largest_moment(motion->inertia, &shift);
-    const shifted_constants constants = make_shifted_constants(motion, p.rate, shift);
+    const shifted_constants constants = convert_constants_to_lane(motion, p.rate, shift);
     set_lane_constants(l, lane, &constants);
     set_vector(l->end_p, lane, shift_axes(v_of(p.end_x + 5), shift));
     set_vector(l->end_w, lane, shift_axes(v_of(p.end_w + 1), shift));

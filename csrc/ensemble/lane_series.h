@@ -133,7 +133,7 @@ INLINE lane_vec add_rotor_products(kr_lanes *l, lane_vec w, lane_vec to)
     return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_yzx(w), of_prev);
 }
 /* Adds to sums of even order n the products of coefficients n / 2; if n = 0, also rotor terms. */
-INLINE void add_middle_products(lane_sums *a, kr_lanes *l, int n, int flags)
+INLINE void add_middle_term(lane_sums *a, kr_lanes *l, int n, int flags)
 {
     const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
     if (n == 0) a->ww = add_rotor_products(l, w, a->ww);
@@ -166,7 +166,7 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int f
 {
     const lane_vec none = lane_vec_splat(0.0);
     lane_sums a = {none, none, none, none, wide_splat(0.0)};
-    if (n % 2 == 0) add_middle_products(&a, l, n, flags);
+    if (n % 2 == 0) add_middle_term(&a, l, n, flags);
     for (int j = (n - 1) / 2; j > 0; j--) {
         const int m = n - j;
         const lane_vec wj = lane_vec_load_register(l->w[j]), wm = lane_vec_load_register(l->w[m]);

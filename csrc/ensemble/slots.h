@@ -102,10 +102,10 @@ static inline const double *kr_worker_times_of(const kr_tops *tops, size_t i)
 void kr_lane_park(kr_lanes *l, int lane);
 /* Sets the growth of the tangent in a lane to that of an initial tangent of length 1. */
 void kr_lane_reset_growth(kr_growth *growth, int lane);
-/* Sets the goal of a lane, at which it must stop: the next requested time or, in a section, the
- * latest time of the next event. For requested times that equal the initial time, stores the
- * initial state. Returns 1 if the top is still in the lane. Returns 0 if the top is finished, or if
- * its goal was invalid and the scalar code has computed it. */
+/* Sets the goal of a lane: the next requested time or, in a section, the end of the longest wait
+ * for the next event. Before, stores the initial state for requested times that equal the initial
+ * time. Returns 1 if the top stays in the lane, and 0 if it has left: it was finished or, because
+ * the goal was invalid, computed by the scalar code. */
 int kr_lane_set_goal(kr_worker *worker, int lane);
 /* Computes the state of a lane at the user's time t, which must lie within its last step. */
 kr_state kr_lane_sample(kr_worker *worker, int lane, double t);

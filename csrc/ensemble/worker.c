@@ -9,7 +9,7 @@
 enum { LINE = 64 };
 
 /* Returns the error for a top that cannot have a tangent, because it is damped or disturbed. */
-static kr_status find_tangent_refusal(const kr_scene *scene)
+static kr_status explain_tangent_refusal(const kr_scene *scene)
 {
     if (v_largest(scene->damping) > 0.0) return KR_ERR_DAMPING;
     if (scene->friction > 0.0) return KR_ERR_FRICTION;
@@ -48,7 +48,7 @@ static void dispatch_top(kr_worker *worker, size_t i)
     kr_top *top = choose_scalar_top(worker, scene);
     if (kr_worker_has_tangents(worker) && kr_scene_is_disturbed(scene)) {
         const kr_slot slot = {.top = i, .last = scene->start};
-        kr_worker_finish_top(worker, &slot, NULL, find_tangent_refusal(scene), (kr_stats){0});
+        kr_worker_finish_top(worker, &slot, NULL, explain_tangent_refusal(scene), (kr_stats){0});
     } else if (top != worker->fallback || !suits_lanes(worker, scene))
         kr_worker_run_scalar(worker, top, i);
     else if (!(v_largest(scene->damping) > 0.0))

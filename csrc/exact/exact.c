@@ -175,8 +175,8 @@ size_t kr_exact_extra_doubles(int with_torus)
     return most;
 }
 static void *get_motion_plan(const kr_motion *motion) { return (double *)motion->work + 1; }
-/* Sets up the plan of motion->scene. If this fails, the previous plan remains valid. The `bound` of
- * the plan (kr_exact_plan) is KR_EXACT_BOUND or, if this is smaller and not 0, motion->tol. */
+/* Sets up the plan of motion->scene. On failure, the previous plan remains valid. The `bound` of
+ * kr_exact_plan is min(motion->tol, KR_EXACT_BOUND), or KR_EXACT_BOUND if motion->tol is 0. */
 static kr_status exact_reset(kr_motion *motion, const kr_state *start)
 {
     (void)start; /* not used: the conversion to internal axes has rounded it */

@@ -156,7 +156,7 @@ static void sample_integrands(const void *arc, const cosine_table *t, int i, dd 
     out[1] = dd_mul(out[0], size);
 }
 /* Sets the averages and the sine series of an arc. Returns 0 if the averages do not converge. */
-static int average_integrands(chaplygin_arc *arc, cosine_table *table, samples *v)
+static int find_averages_and_sines(chaplygin_arc *arc, cosine_table *table, samples *v)
 {
     const double floor[3] = {0.0, 0.0, 0.0};
     dd mean[3];
@@ -176,7 +176,7 @@ static int average_integrands(chaplygin_arc *arc, cosine_table *table, samples *
     return 1;
 }
 /* Returns alpha - x (`which` = 0) or the periodic part of t (1) at sin x = s and cos x = c. */
-static double sum_arc_sine_series(const chaplygin_arc *arc, int which, double s, double c)
+static double sum_sine_series_of_arc(const chaplygin_arc *arc, int which, double s, double c)
 {
     const double *const term = arc->sine[which], twice = 2.0 * (c - s) * (c + s);
     double even = 0.0, even_before = 0.0, odd = 0.0, odd_before = 0.0;
@@ -252,7 +252,7 @@ static void move_to_alpha(const chaplygin_arc *arc, const kr_chaplygin_arc *e, d
         sincos_turns(dd_times(0.5 * at->x, turns_per_radian()), &at->s, &at->c);
         const double s = at->s, c = at->c, D = e->C * (s * s) + c * c;
         multiply_root_factors(e, s * s, c * c, D, products);
-        at->alpha = at->x + sum_arc_sine_series(arc, 0, 2.0 * s * c, c * c - s * s);
+        at->alpha = at->x + sum_sine_series_of_arc(arc, 0, 2.0 * s * c, c * c - s * s);
         at->slope = 0.5 * D * sqrt(e->C * ends / (products[0] * products[1])) / arc->p.hi;
         if (at->alpha > alpha)
             high = at->x;
@@ -285,7 +285,7 @@ static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
         move_to_alpha(arc, e, alpha, at);
         const double s = at->s, c = at->c, rest = alpha - at->alpha;
         value[0][i] = 0.5 * turns_per_radian().hi * ((at->x - alpha) + rest / at->slope);
-        value[1][i] = sum_arc_sine_series(arc, 1, 2.0 * s * c, c * c - s * s) +
+        value[1][i] = sum_sine_series_of_arc(arc, 1, 2.0 * s * c, c * c - s * s) +
                       rest * (arc->p.hi * find_chaplygin_point(e, s, c).size - arc->q.hi);
         scale[1] = fmax(scale[1], fabs(value[1][i]));
     }
@@ -301,7 +301,7 @@ static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
 /* Fills the cells (kr_chaplygin_arc) of arc j in the plan. Doubles the number of cells until the
  * last Chebyshev coefficients are below 4e-15; if they are below 1e-11, doubles it only once more.
  * Starts with the cell of the largest |u|, where the last coefficients are largest. Returns 0 if
- * the last coefficients are not below 1e-13. */
+ * this takes more than MOST_CELLS cells, or the last coefficients are not below 1e-13. */
 static int make_cells(chaplygin_work *w, int j)
 {
     kr_chaplygin_plan *const plan = &w->plan;
@@ -545,9 +545,9 @@ static dd find_initial_half_alpha(const chaplygin_arc *arc, dd u, cdd root, kr_c
     const chaplygin_point p = find_chaplygin_point(e, s, c);
     const int first = fabs(root.re.hi) > fabs(root.im.hi);
     if ((first ? p.c * root.re.hi : p.s * root.im.hi) < 0.0) e->sign = -1.0;
-    *periodic_t = sum_arc_sine_series(arc, 1, sine, cosine);
+    *periodic_t = sum_sine_series_of_arc(arc, 1, sine, cosine);
     return dd_add(argument_in_turns(s, c),
-                  dd_times(0.5 * sum_arc_sine_series(arc, 0, sine, cosine), turns_per_radian()));
+                  dd_times(0.5 * sum_sine_series_of_arc(arc, 0, sine, cosine), turns_per_radian()));
 }
 static void bound_periodic_part_of_tau(kr_chaplygin_plan *plan)
 {
@@ -588,8 +588,8 @@ static dd set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2])
 }
 /* Sets the initial mean angles, given half of each initial torus angle [turns] and the initial
  * periodic parts of t. Returns half of alpha2 [turns] where alpha1 is pi. */
-static dd set_mean_angles(kr_chaplygin_plan *plan, dd rho, const dd half_alpha[2],
-                          const double periodic_t[2])
+static dd set_phases_and_half_alpha2(kr_chaplygin_plan *plan, dd rho, const dd half_alpha[2],
+                                     const double periodic_t[2])
 {
     const double slip = -(periodic_t[0] + periodic_t[1]) / plan->mean;
     dd angle[2];
@@ -623,7 +623,8 @@ static kr_refusal fill_plan_except_heading(const torus_start *start, chaplygin_w
     if (!make_arcs(o, y.u, w->arc)) return KR_REFUSAL_START;
     start_cosine_table(&w->table);
     for (int j = 0; j < 2; j++)
-        if (!average_integrands(&w->arc[j], &w->table, &w->samples)) return KR_REFUSAL_INTEGRALS;
+        if (!find_averages_and_sines(&w->arc[j], &w->table, &w->samples))
+            return KR_REFUSAL_INTEGRALS;
     w->tail = 0.0;
     plan->first = 0;
     fill_cosines_at_nodes(w);
@@ -637,7 +638,7 @@ static kr_refusal fill_plan_except_heading(const torus_start *start, chaplygin_w
         half[j] = find_initial_half_alpha(&w->arc[j], y.u[j], y.root[j], &plan->arc[j], &time[j]);
     plan->is_psi_odd = plan->arc[0].has_sine[0] == plan->arc[1].has_sine[1];
     plan->is_whole = plan->arc[1].has_sine[0] == plan->arc[1].has_cosine[0];
-    const dd second = set_mean_angles(plan, ratio, half, time);
+    const dd second = set_phases_and_half_alpha2(plan, ratio, half, time);
     return fit_heading_series(w, ratio, second) ? KR_REFUSAL_NONE : KR_REFUSAL_HEADING;
 }
 static kr_refusal make_plan(void *memory, torus_start *start, torus_units *way, double *certificate)

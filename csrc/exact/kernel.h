@@ -540,7 +540,7 @@ static inline void convert_form_to_user(exact_lanes *exact, wide begin, wide tim
 #if !defined KR_EXACT_LANES
 /* Returns the state at the time t, which is the initial time plus `span`. The compiler optimizes a
  * copy of evaluate_state for each kind of series, because `dual` and `euler` are constants. */
-static inline kr_state compute_state_after(const kr_exact_form *e, double t, dd span)
+static inline kr_state compute_state_after_begin(const kr_exact_form *e, double t, dd span)
 {
     kr_state r;
     if (e->curve == LAGRANGE)
@@ -560,8 +560,8 @@ static inline kr_state state_at(const kr_exact_form *e, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
     const dd span = two_sum(t, -e->begin);
-    if (is_span_computable(e, span.hi)) return compute_state_after(e, t, span);
-    return isfinite(t) ? compute_state_after(e, t, dd_of(0.0)) : none;
+    if (is_span_computable(e, span.hi)) return compute_state_after_begin(e, t, span);
+    return isfinite(t) ? compute_state_after_begin(e, t, dd_of(0.0)) : none;
 }
 #endif
 #endif

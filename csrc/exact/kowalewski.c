@@ -135,10 +135,10 @@ static dd find_end_distance_product(const kowalewski_curve *o, int i, dd p, dd q
         A = dd_div(o->l, B);
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
-/* Refines the approximate distances `gap` of w1 and w2 from the ends of their arcs, and sets
- * gap->mismatch. `product` holds accurate values of (k - w1)(k - w2), (w1 - e)(e - w2) and
- * (w1 - f)(f - w2), with the lower end e of the first arc and the upper end f of the second. Each
- * iteration computes w1 from one of these products and w2 from another, to converge fast. */
+/* Refines the approximate distances `gap` of w1 and w2 from the ends of their arcs. `product` holds
+ * accurate values of (k - w1)(k - w2), (w1 - e)(e - w2) and (w1 - f)(f - w2), with the lower end e
+ * of arc 1 and the upper end f of arc 2. Each iteration computes w1 from one product and w2 from
+ * another, to converge fast. gap->mismatch becomes the error that remains. */
 static void refine_end_distances(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -473,8 +473,8 @@ static int average_integrands(kowalewski_arc *arc, cosine_table *table, samples 
  *     (p2 w dt - q2 dt)/det  and  (p1 w dt - q1 dt)/det
  * on the first arc. On the second arc, where F has the opposite sign, their signs are opposite. The
  * heading is turn1 theta1 - turn2 theta2, with the sign of l, plus its sine series. */
-static void set_arc_sine_series(kowalewski_arc arc[2], int j, dd det, const cosine_table *table,
-                                samples *v)
+static void set_sine_series_of_arc(kowalewski_arc arc[2], int j, dd det, const cosine_table *table,
+                                   samples *v)
 {
     const kowalewski_curve *o = arc->curve;
     const double side = j ? -1.0 : 1.0, turn = o->l.hi < 0.0 ? -side : side;
@@ -498,7 +498,7 @@ static void set_arc_sine_series(kowalewski_arc arc[2], int j, dd det, const cosi
 }
 /* Computes averages and sine series of both arcs, and the rates [rad per unit of time] of theta1,
  * theta2 and the heading without factors for poles (set_heading_poles). Uses `table` and `v` as
- * memory. Returns 0 if an average does not converge or det (set_arc_sine_series) is at most 0. */
+ * memory. Returns 0 if an average does not converge or det (set_sine_series_of_arc) <= 0. */
 static int set_series_and_rates(const kowalewski_curve *o, kowalewski_arc arc[2],
                                 cosine_table *table, samples v[2], dd rate[3])
 {
@@ -508,7 +508,7 @@ static int set_series_and_rates(const kowalewski_curve *o, kowalewski_arc arc[2]
     const dd det = dd_sub(dd_mul(arc[1].p, arc[0].q), dd_mul(arc[0].p, arc[1].q));
     for (int j = 0; j < 2; j++) {
         rate[j] = dd_div(arc[1 - j].p, det);
-        set_arc_sine_series(arc, j, det, table, &v[j]);
+        set_sine_series_of_arc(arc, j, det, table, &v[j]);
     }
     const dd heading = dd_sub(dd_mul(arc[0].turn, rate[0]), dd_mul(arc[1].turn, rate[1]));
     rate[2] = o->l.hi < 0.0 ? dd_neg(heading) : heading;

@@ -609,9 +609,9 @@ typedef struct koetter_products {
     dual G0, V0, x, y, Dl;
 } koetter_products;
 /* Returns the divided difference (F G)[e0, e1, e2]. */
-INLINE dual find_divided_difference_of_FG(const kr_kowalewski_plan *plan, int complex,
-                                          const koetter_terms *t, const koetter_products *k,
-                                          dual D1, dual D2)
+INLINE dual find_second_difference_of_FG(const kr_kowalewski_plan *plan, int complex,
+                                         const koetter_terms *t, const koetter_products *k, dual D1,
+                                         dual D2)
 {
     const pair f = pair_mul(complex, t->F, k->G), UW = pair_mul(complex, k->U, k->W),
                other = pair_swap(complex, t->square),
@@ -626,9 +626,9 @@ INLINE dual find_divided_difference_of_FG(const kr_kowalewski_plan *plan, int co
 }
 /* Returns the divided difference (F V)[e0, e1, e2], with F of koetter_terms (not F(w)) and V of
  * koetter_products, and sets `size` to |x (F X)[e1, e2]| + |y (F Y)[e1, e2]|. */
-INLINE dual find_divided_difference_of_FV(const kr_kowalewski_plan *plan, int complex,
-                                          const koetter_terms *t, const koetter_products *k,
-                                          wide *size)
+INLINE dual find_second_difference_of_FV(const kr_kowalewski_plan *plan, int complex,
+                                         const koetter_terms *t, const koetter_products *k,
+                                         wide *size)
 {
     const pair X = pair_mul(complex, t->F, k->X), Y = pair_mul(complex, t->F, k->Y),
                UW = pair_mul(complex, k->U, pair_swap(complex, k->W)),
@@ -681,11 +681,11 @@ INLINE koetter_state evaluate_koetter_formulas(const kr_kowalewski_plan *plan, i
     k.Dl = find_w_difference_numerator(one, two);
     wide size, unused;
     koetter_state s;
-    s.a = find_divided_difference_of_FG(plan, complex, &A, &k, one->D, two->D);
-    const dual b = find_divided_difference_of_FG(plan, complex, &B, &k, one->D, two->D),
+    s.a = find_second_difference_of_FG(plan, complex, &A, &k, one->D, two->D);
+    const dual b = find_second_difference_of_FG(plan, complex, &B, &k, one->D, two->D),
                under = dual_mul(s.a, k.Dl),
-               v = find_divided_difference_of_FV(plan, complex, &A, &k, &size),
-               u = find_divided_difference_of_FV(plan, complex, &B, &k, &unused);
+               v = find_second_difference_of_FV(plan, complex, &A, &k, &size),
+               u = find_second_difference_of_FV(plan, complex, &B, &k, &unused);
     s.p = dual_div(dual_scale(-1.0, b), s.a);
     s.q = dual_div(dual_scale(-1.0, dual_mul(one->d, two->d)), s.a);
     s.r = dual_div(dual_scale(sqrt2, v), under);

@@ -377,7 +377,8 @@ static turning_points find_turning_heights(const initial *s)
  * If u2 is farther than u3 from 1, another formula is used, with -nu if W.e3 >= W.a, else +nu:
  *     k2 = (W.e3 - W.a) / (2 (1 - u1)) (1 + (u2 - u1) / (2 (1 - u2)) S) -+ nu,
  *     p_0^2 = (1 - u2)/(1 - u1). */
-static inline dd find_phase_rates(const initial *s, const turning_points *r, dd *nu, dd *k1, dd *k2)
+static inline dd find_agm_and_phase_rates(const initial *s, const turning_points *r, dd *nu, dd *k1,
+                                          dd *k2)
 {
     const dd kp = dd_sqrt(dd_div_fast(r->g32, r->g31)), zero = dd_splat(0.0);
     const mask far = wide_at_most(s->g.hi * r->minus2.hi, r->minus3.hi);
@@ -547,7 +548,7 @@ typedef struct lagrange_setup {
     dd i1, half_spin; /* I1; <m, a> (1/I3 - 1/I1) / 2, to be added to k1 and subtracted from k2 */
     initial start;
     turning_points heights;
-    dd mean, nu, k1, k2; /* see find_phase_rates */
+    dd mean, nu, k1, k2; /* see find_agm_and_phase_rates */
     arguments at;
 } lagrange_setup;
 
@@ -578,7 +579,8 @@ INLINE void set_up_moving_tops(lagrange_setup s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = find_turning_heights(&s[i].start);
     for (int i = 0; i < n; i++)
-        s[i].mean = find_phase_rates(&s[i].start, &s[i].heights, &s[i].nu, &s[i].k1, &s[i].k2);
+        s[i].mean =
+            find_agm_and_phase_rates(&s[i].start, &s[i].heights, &s[i].nu, &s[i].k1, &s[i].k2);
     for (int i = 0; i < n; i++) {
         memset(&s[i].exact, 0, sizeof s[i].exact);
         s[i].exact.constant.z = s[i].top.m.z;

@@ -105,7 +105,7 @@ static inline void gbs_extrapolate(gbs_attempt *a, int row)
 }
 /* Computes a row of the table, its error divided by tol, and the length of the next step that this
  * error suggests. Returns 0 if the extrapolation diverges or its result is not finite, else 1. */
-static inline int gbs_try_row(gbs_attempt *a, int row)
+static inline int gbs_compute_row(gbs_attempt *a, int row)
 {
     const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;
     if (!gbs_try_midpoint_rule(a, row)) return 0;
@@ -126,7 +126,7 @@ static inline int gbs_try_row(gbs_attempt *a, int row)
 static inline int gbs_find_converged_row(gbs_attempt *a, int from, int target)
 {
     for (int row = 1; row <= target + 1; row++) {
-        if (!gbs_try_row(a, row)) return GBS_UNSTABLE;
+        if (!gbs_compute_row(a, row)) return GBS_UNSTABLE;
         if (row < from) continue;
         if (a->err <= 1.0) return row;
         if (row == target - 1 && row == from && a->err > gbs_square(target * (target + 1.0)))

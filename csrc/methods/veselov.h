@@ -26,8 +26,8 @@ static inline kr_vec3 veselov_next_newton_iterate(kr_vec3 I, double r0, kr_vec3 
 }
 /* Applies the drift of one step to the attitude q, with the moments I and the momentum m in space.
  * `r` holds the initial guess and receives the solution. On failure, q and r keep their values. */
-static inline kr_status veselov_drift(kr_motion *motion, kr_vec3 I, kr_vec3 m, kr_quat *q,
-                                      kr_vec3 *r)
+static inline kr_status veselov_solve_drift(kr_motion *motion, kr_vec3 I, kr_vec3 m, kr_quat *q,
+                                            kr_vec3 *r)
 {
     const kr_vec3 b = v_scale(0.5 * motion->step, q_turn_back(*q, m));
     const double tol = (motion->tol > 0.0 ? motion->tol : 1e-14) * v_largest(b);

@@ -28,7 +28,7 @@ static kr_status veselov2_step(kr_motion *motion, double until)
 {
     veselov2_state *p = (veselov2_state *)motion->work;
     (void)until;
-    const kr_status status = veselov_drift(motion, motion->inertia, p->m, &p->q, &p->r);
+    const kr_status status = veselov_solve_drift(motion, motion->inertia, p->m, &p->q, &p->r);
     p->m = momentum_after_kick(p, motion, 1.0);
     motion->stats.evaluations++;
     return status;

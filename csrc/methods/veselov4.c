@@ -45,7 +45,8 @@ static kr_status veselov4_step(kr_motion *motion, double until)
 {
     veselov4_state *p = (veselov4_state *)motion->work;
     (void)until;
-    const kr_status status = veselov_drift(motion, find_modified_moments(p), p->m, &p->q, &p->r);
+    const kr_status status =
+        veselov_solve_drift(motion, find_modified_moments(p), p->m, &p->q, &p->r);
     p->m = v_add(p->m, modified_kick_impulse(&p->kick, p->q, 1.0));
     motion->stats.evaluations++;
     return status;

@@ -168,9 +168,9 @@ static kr_working zero_off_axis_rotor(kr_working w, const kr_body *b)
 kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
 {
     const int is_even = damping.x == damping.y && damping.y == damping.z;
-    /* With equal damping about all axes, the third working axis of a spherical body is along com if
-     * com is not zero and the rotor is zero or parallel to com. Otherwise, it is along rotor or
-     * -rotor, whichever has a nonnegative component along the third principal axis. */
+    /* With equal damping about all axes, the third working axis (body.h) of a spherical body is
+     * along com if com is not zero and the rotor is zero or parallel to com. Otherwise, it is along
+     * rotor or -rotor, whichever has a component >= 0 along principal axis 3. */
     const int is_about_com = v_largest(b->com) > 0.0 && kr_body_is_rotor_axial(b, KR_KIND_RTOL);
     const kr_vec3 last_axis = is_about_com || !kr_body_has_rotor(b)
                                   ? b->com

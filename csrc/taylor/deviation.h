@@ -114,8 +114,8 @@ INLINE void set_next_group_coefficients(const kr_series *s, const turned_path *p
     UNROLL
     for (int k = 0; k < count; k++) set_next_deviation(s, g + k * STRUCTS, &d[k], n, &a[k], &b[k]);
 }
-INLINE void expand_tangent_group(const kr_series *s, const turned_path *path, kr_tangent *g,
-                                 int count, int order)
+INLINE void expand_tangents_together(const kr_series *s, const turned_path *path, kr_tangent *g,
+                                     int count, int order)
 {
     turned_deviation d[AT_ONCE];
     for (int k = 0; k < count; k++) {
@@ -137,8 +137,8 @@ INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t count, i
         path.p[BEFORE + n] = make_path_term(s->x[n] + 4);
     }
     for (; count >= AT_ONCE; count -= AT_ONCE, g += AT_ONCE * STRUCTS)
-        expand_tangent_group(s, &path, g, AT_ONCE, order);
-    for (; count > 0; count--, g += STRUCTS) expand_tangent_group(s, &path, g, 1, order);
+        expand_tangents_together(s, &path, g, AT_ONCE, order);
+    for (; count > 0; count--, g += STRUCTS) expand_tangents_together(s, &path, g, 1, order);
 }
 /* Writes the values of the eight Taylor series of one kr_tangent at the time `to` to `sum`. */
 INLINE void evaluate_deviation(const kr_tangent *g, int order, const double *to, double *sum)

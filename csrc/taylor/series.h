@@ -196,7 +196,7 @@ INLINE quad dot_lanes(kr_series *scratch, quad a, quad b)
 }
 /* Sets lane 0 of W_n, the n-th coefficient of the friction variable, to the number that is in all
  * lanes of `number`. Overwrites scratch->end_w. */
-INLINE void set_friction_variable(kr_series *s, kr_series *scratch, int n, quad number)
+INLINE void store_friction_variable(kr_series *s, kr_series *scratch, int n, quad number)
 {
     quad_store(scratch->end_w, number);
     copy_number(s->w[n], scratch->end_w);
@@ -209,7 +209,7 @@ INLINE quad add_friction_holding_spin(kr_series *s, kr_series *own, int n, quad 
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
                lost = quad_mul(minus, dot_lanes(own, gained, quad_load(s->apex)));
     const quad torque = quad_mul(duo_first(duo_splat_lane(&s->per_grip, 0)), lost);
-    set_friction_variable(s, own, n, quad_mul(quad_splat((double)(n + 1)), torque));
+    store_friction_variable(s, own, n, quad_mul(quad_splat((double)(n + 1)), torque));
     return quad_fma(lost, quad_load(s->yield), w);
 }
 /* Returns W_{n+1} without the torques of the gravity gradient and of friction that holds the top.
@@ -248,7 +248,7 @@ INLINE void set_coefficients_of_W_and_U(kr_series *s, kr_series *own, turned_ter
     }
     store_and_permute(s->w[n], &turned[n].w, w);
     if (s->slides != 0.0 && !is_known)
-        set_friction_variable(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
+        store_friction_variable(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
 }
 /* Computes the Taylor coefficients 0 to order - 1 of the effective gravity G (kr_series.sway). */
 INLINE void expand_effective_gravity(const kr_series *s, kr_series *own, int order)
@@ -351,7 +351,7 @@ INLINE double step_size_for_product_size(const kr_series *s, int head, double lo
 }
 
 /* Stores permutations of the coefficients of W (without SUPPORT) and, with HEADLESS, of P. */
-INLINE void permute_known_coefficients(kr_series *s, turned_term *turned, int from, int terms)
+INLINE void permute_coefficients_up_to(kr_series *s, turned_term *turned, int from, int terms)
 {
     for (int n = 0; n <= from; n++) {
         if (!(terms & SUPPORT)) store_and_permute(s->w[n], &turned[n].w, quad_load(s->w[n]));
@@ -379,7 +379,7 @@ INLINE void expand_with_terms(kr_series *s, int from, int order, int terms)
 {
     kr_series own[2];
     turned_term turned[KR_TAYLOR_MAX + 1];
-    permute_known_coefficients(s, turned, from, terms);
+    permute_coefficients_up_to(s, turned, from, terms);
     if (terms & SHAKES) expand_effective_gravity(s, own, order);
     if (terms & SUPPORT) set_known_relative_velocities(s, own, turned, from, terms);
     add_rotor_terms(s, &turned[0].w);
@@ -460,7 +460,7 @@ INLINE void expand_series(kr_series *s, int from, int order, int terms)
         expand_damped(s, from, order, terms);
         return;
     }
-    permute_known_coefficients(s, turned, from, terms);
+    permute_coefficients_up_to(s, turned, from, terms);
     add_rotor_terms(s, &turned[0].w);
     UNROLL
     for (int n = from; n < order; n++) set_next_coefficients(s, s, turned, n, terms);

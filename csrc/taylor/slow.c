@@ -58,7 +58,7 @@ enum {
 #define PATIENCE 0.5
 /* A transient has decayed after SETTLED / d_i: exp(-SETTLED) is below any rounding error. */
 #define SETTLED 128.0
-/* Larger than any relative distance from the slow manifold (choose_manifold_tolerance). */
+/* Larger than any relative distance from the slow manifold (choose_manifold_threshold). */
 #define UNRESOLVED 0x1p500
 #define LOG_OF_2 0.6931471805599453
 
@@ -255,7 +255,7 @@ static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
  * be large relative to the angular velocity of a top almost at rest. The result is UNRESOLVED if
  * the damping time is below the rounding error of the time `clock`. Sets p->settling and
  * p->settled. */
-static double choose_manifold_tolerance(kr_taylor *p, const slow_directions *slow, double clock,
+static double choose_manifold_threshold(kr_taylor *p, const slow_directions *slow, double clock,
                                         double near)
 {
     double axes = 0.0, weakest = INFINITY;
@@ -276,7 +276,7 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
                             const slow_directions *slow, const slow_directions *strong)
 {
     const double before = p->rate, near = exp2(p->log2_tol + 6.0), clock = p->series->end / p->rate;
-    const double off = strong ? near : choose_manifold_tolerance(p, slow, clock, near);
+    const double off = strong ? near : choose_manifold_threshold(p, slow, clock, near);
     double wait = 0.0;
     int exponent;
     if (!strong && clock < p->try_slow) return 0;

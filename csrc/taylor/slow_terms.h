@@ -188,8 +188,8 @@ static void REAL(expand_gravity)(REAL(terms) * s, const kr_series from[2])
     }
     g[0] = r_add(g[0], r_of(from[0].sway[3], from[1].sway[3]));
 }
-/* Copies the constants, for the unit of time 1 / rate, and the values at the end of the last step,
- * whose series is `from`. Expands G, and sets all other coefficients to zero. */
+/* Copies constants and end values from `from`, the series of the last step, and constants from
+ * `slow`. The unit of time is 1 / rate. Expands G, and sets all other coefficients to zero. */
 static void REAL(begin_expansion)(REAL(terms) * s, const slow_directions *slow,
                                   const kr_series from[2], double rate)
 {
@@ -277,11 +277,11 @@ static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
     return last == 0.0;
 }
 /* Expands the motion on the slow manifold about the end of the last step, and writes the
- * coefficients to p->series. The iteration ends when update_coefficients returns at most `noise`
- * times the largest bound on a strongly damped u_i (bound_damped_velocities). is_on_manifold then
- * tests the motion, with `near`. `friction` is the maximum friction torque while friction holds the
- * top. Returns 0, with p unchanged, if the iteration does not converge or the motion is not on the
- * manifold. `wait` is then the estimated time to reach the manifold, in the units of the series. */
+ * coefficients to p->series. Repeats update_coefficients until its result is at most `noise` times
+ * the largest of find_error_scale and the bound[i]. Then calls is_on_manifold with `near`; `strong`
+ * is for find_manifold_distance_scale. `friction` is the maximum friction torque, while friction
+ * holds the top. Returns 1, or 0 with p unchanged if this iteration does not converge or the motion
+ * is off the manifold; `wait` then estimates the time to reach it, in the units of the series. */
 static int REAL(expand_on_manifold)(kr_taylor *p, const slow_directions *slow,
                                     const slow_directions *strong, int order, double near,
                                     double noise, double friction, double *wait)

@@ -194,8 +194,8 @@ static void REAL(add_gradient_derivative)(const REAL(moving_path) * p, REAL(movi
         d->push_loss[n] = VEC(sub)(d->push_loss[n], REAL(cross)(p->vertical, change, n));
     }
 }
-/* Sets turn_loss, push_loss and apex of the tangent d. The struct `g` (tangents.h) contains the
- * derivatives of the constants of the motion by the parameter of the tangent. */
+/* Sets turn_loss, push_loss and apex of d (moving_deviation). The tangent `g` (tangents.h) contains
+ * B, F, y, d and the other derivatives by the parameter of the tangent. */
 static void REAL(set_parameter_terms)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                       const kr_motion *motion, double rate, const kr_series path[2],
                                       const kr_tangent *g, int order)

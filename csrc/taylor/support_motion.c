@@ -60,8 +60,9 @@ static void set_sliding_or_hold(kr_taylor *p, const kr_motion *motion, double to
     p->sliding = fabs(torque_ratio) <= 1.0 ? 0.0 : along;
 }
 /* Returns the threshold, in the units of the series, below which the initial spin counts as zero:
- * NEGLIGIBLE_SPIN (or _DEEP), or less if damping is so strong that the unit of time 1 / p->rate is
- * much shorter than the time scale of the motion. It is at least the rounding error of the spin. */
+ * NEGLIGIBLE_SPIN or, above 16 digits, NEGLIGIBLE_SPIN_DEEP. It is smaller if damping makes the
+ * unit 1 / p->rate much shorter than the time scale of the motion, but never below rounding errors.
+ * */
 static double initial_spin_threshold(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -220,8 +221,8 @@ static void update_friction_mode(kr_taylor *p, const kr_motion *motion, int orde
 /* If friction stops the top or ceases to hold it within the step, ends the step there and changes
  * the friction mode (update_friction_mode). A spin below NEGLIGIBLE_SPIN * spin_unit, in the units
  * of the series, counts as zero. `is_slow` is 1 if the step is on the slow manifold (slow.c). */
-static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
-                                 double spin_unit, int is_slow)
+static void end_step_at_friction_switch(kr_taylor *p, const kr_motion *motion,
+                                        const kr_kernel *kernel, double spin_unit, int is_slow)
 {
     kr_series *s = p->series;
     const int n = kernel->order, slides = s->slides != 0.0, deep = kr_taylor_is_extended(motion);
@@ -308,7 +309,7 @@ static kr_status step_with_support(kr_motion *motion, const kr_kernel *kernel)
         kernel->advance(s, log2_tol, forward);
         kr_support_place(s, motion, p->rate);
     }
-    if (rubs) end_step_by_friction(p, motion, kernel, unit, is_slow);
+    if (rubs) end_step_at_friction_switch(p, motion, kernel, unit, is_slow);
     return KR_OK;
 }
 

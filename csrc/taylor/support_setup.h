@@ -11,7 +11,7 @@
 /* Returns 1 if `scene` has friction, a gravity gradient or a moving support, 0 if it is NULL. */
 static inline int kr_support_is_needed(const kr_scene *scene)
 {
-    return scene && kr_scene_needs_support_terms(scene);
+    return scene && kr_scene_needs_extra_terms(scene);
 }
 /* Returns an approximate upper bound, in internal units, on the rates of the support, the angular
  * speed that the top can reach from W and, if `is_held` is 0, sqrt(friction torque / inertia). */

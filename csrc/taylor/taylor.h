@@ -20,11 +20,11 @@
 #include "method.h"
 #include "math/isa.h"
 
-/* Indices of Taylor terms for results with d = 20 and d = 30 digits, chosen by measurements in
- * docs/theory/taylor.md. KR_LAST_d is the index of the last term. The terms 0 to KR_HEAD_d are
- * computed in double-double precision. The later terms are sums of products of earlier terms, in
- * double precision. A step is so short that these products are at most 2^KR_LESS_d times the
- * tolerance, and their rounding errors at most 2^(KR_LESS_d - 53) times the tolerance. */
+/* Indices of Taylor terms, for d = 20 and 30 digits (measurements: docs/theory/taylor.md).
+ * KR_LAST_d is the last term. The terms 0 to KR_HEAD_d are computed in double-double precision, the
+ * later ones in double precision, as sums of products of earlier terms. A step is so short that
+ * these products are at most 2^KR_LESS_d times the tolerance: for the tolerances 2^-70 and 2^-100,
+ * their rounding errors are at most 2^-65 (d = 20) and 2^-101 (d = 30). */
 #define KR_HEAD_20 8
 #define KR_LAST_20 28
 #define KR_HEAD_30 20

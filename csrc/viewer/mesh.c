@@ -36,7 +36,7 @@ static double make_cuboid_of_mass(const kr_body *body, double mass, kr_box *box)
  * largest one, because the logarithm of the volume is a concave function of 1 / mass. Bisection
  * among larger masses finds density 1, because the density increases with the mass. The bisection
  * begins at a mass smaller by a factor 1.001, because ternary search is only approximate. */
-static void find_cuboid_of_any_mass(const kr_body *body, kr_box *box)
+static void find_cuboid_with_free_mass(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
     for (int i = 0; i < 90; i++) {
@@ -60,7 +60,7 @@ static void find_cuboid_of_any_mass(const kr_body *body, kr_box *box)
 kr_box kr_mesh_box(const kr_body *body)
 {
     kr_box box = {{1.0, 1.0, 1.0}, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}, 1.0};
-    if (make_cuboid_of_mass(body, body->mass, &box) == 0.0) find_cuboid_of_any_mass(body, &box);
+    if (make_cuboid_of_mass(body, body->mass, &box) == 0.0) find_cuboid_with_free_mass(body, &box);
     return box;
 }
 
