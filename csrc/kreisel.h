@@ -144,7 +144,7 @@ typedef struct kr_shaking {
 } kr_shaking;
 /* A wheel on a free axle (kr_scene_release_wheel). Its momentum about the axle, in the inertial
  * frame, is constant and a part of kr_body.rotor. Its moment about the axle is not a part of
- * kr_body.inertia. These numbers only affect quantities such as wheel_rate. All zero: no wheel. */
+ * kr_body.inertia. Affects only quantities such as wheel_rate. All zero: no wheel. */
 typedef struct kr_wheel {
     kr_vec3 axis; /* unit vector along the principal axes; 0: `rate` is relative to the body */
     double rate;  /* angular velocity in the inertial frame, about the axis [T^-1] */
@@ -156,21 +156,21 @@ typedef struct kr_scene {
     double gravity; /* acceleration along -e3, of either sign [L T^-2] */
     kr_state start;
     /* Linear damping, not negative, as by air that turns with the support [M L^2 T^-1]: the torque
-     * along each principal axis is -damping * angular velocity relative to the support. Even if
-     * damping is strong, steps are as long as the slow motion permits, except with tangents. */
+     * along each principal axis is -damping * angular velocity relative to the support. With strong
+     * damping, steps do not resolve its decay times, except if tangents are computed. */
     kr_vec3 damping;
     /* Constant angular velocity of the support, along e1, e2, e3 [T^-1]. All states and quantities
      * are relative to the support, except for the momentum m (kr_state). */
     kr_vec3 turning;
     kr_shaking shaking;
     /* Dry friction, not negative: a torque of this constant size about the apex, against the spin
-     * about it [M L^2 T^-2]. A spin of zero stays zero if a smaller torque suffices for this. */
+     * about it [M L^2 T^-2]. A spin of 0 remains 0 while the torque needed to hold it is less. */
     double friction;
     kr_wheel wheels[KR_WHEELS_MAX];
     /* Gravity gradient, of either sign [T^-2], which causes the torque gradient * e3 x J e3: 3 mu /
      * R^3 at the distance R along e3 from a body with gravitational parameter mu. On a circular
-     * orbit, `turning` is the orbital rate. Not with shaking or wheels with an axis
-     * (KR_ERR_COMBINATION). */
+     * orbit, `turning` is the orbital rate. KR_ERR_COMBINATION with shaking or with a wheel whose
+     * kr_wheel.axis is not 0. */
     double gradient;
 } kr_scene;
 
@@ -188,30 +188,30 @@ extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_metho
  * its steps regardless of the requested times. No state depends on the other requested times. */
 typedef struct kr_top kr_top;
 typedef struct kr_config {
-    /* The step size [T], negative backward in time; of an adaptive method the first one, or 0 for
-     * an automatic choice. Fixed-step methods refuse |t| >= 2^50 * |step| (KR_ERR_STEP). */
+    /* The step size [T]; its sign is the direction of time. For an adaptive method, it is the first
+     * step, or 0: automatic. Fixed-step methods refuse |t| >= 2^50 * |step| (KR_ERR_STEP). */
     double step;
     /* Tolerance below 1, or 0 for the default: of the local error (adaptive methods), the residual
-     * (implicit methods), or the certificate (method exact; at most KR_EXACT_BOUND is used). */
+     * (implicit methods), or kr_exact_info.certificate (exact: min(tol, KR_EXACT_BOUND)). */
     double tol;
     /* Maximum number of steps since start.t (in all calls), or 0 for no limit. An adaptive method
-     * without dense output may add min(max_steps, 1024) steps (1024 if 0) per requested time. */
+     * without dense output may add 1024 steps per requested time, but at most max_steps if > 0. */
     int64_t max_steps;
-    /* NULL, or called with `context` after every 256 steps and 1024 states (2^16 in a worker), and
-     * in every step of adaptive methods without dense output. A nonzero result stops the run. */
+    /* NULL, or a function called at least every 256 steps and 1024 states (worker: 2^16), and in
+     * every step of adaptive methods without dense output. A nonzero result stops the run. */
     int (*poll)(void *context);
     void *context;
-    /* Number of digits, for methods with KR_METHOD_DIGITS: 0 for the accuracy `tol`, else 16, 20 or
-     * 30 (others are rounded up). With 16 or 20, tol must be 0. With 30, tol may be up to 2^-100; a
-     * smaller tol shortens steps, and comparing two runs shows how many digits are correct. */
+    /* Number of digits, for methods with KR_METHOD_DIGITS: 0 (accuracy `tol`), or 1 to 30, rounded
+     * up to 16, 20 or 30. With 16 or 20, tol must be 0. With 30, tol may be up to 2^-100; a smaller
+     * tol shortens steps, and comparing two runs shows how many digits are correct. */
     int digits;
     /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: if nonzero, states are computed
      * only up to a rotation about e3, at lower cost. On rotating supports, kr_top_create returns
      * KR_ERR_OPTION, and workers ignore this member. */
     int skip_heading;
     /* For methods with KR_METHOD_TANGENTS, if skip_heading is 0: the sum of the KR_TANGENT_...
-     * flags of the derivatives to compute. Derivatives that do not exist give KR_ERR_OPTION: by a
-     * friction of 0, and by a com of 0 if there is friction. */
+     * flags of the derivatives to compute. KR_ERR_OPTION if a derivative does not exist: by
+     * friction if friction is 0, and by com if com is 0 and friction is not. */
     uint64_t tangents;
 } kr_config;
 
@@ -274,16 +274,16 @@ KR_API kr_top_info kr_top_describe(const kr_top *top);
 /* Returns KR_OK if the scene is valid, else the status that describes the error. */
 KR_API kr_status kr_scene_check(const kr_scene *scene);
 /* Returns the horizon [T], an upper bound on |t| for which doubles resolve the attitude: 2^53 rad
- * divided by the largest of: the components of the initial angular velocity, (|m| + |rotor|) /
- * (largest moment), the pendulum frequency and the rates of the support; INFINITY if all are 0, and
- * 0 for an invalid scene. Times beyond it are refused (KR_ERR_RESOLUTION); backward in time, where
- * damping accelerates the top, smaller times may be refused, too. */
+ * divided by the largest of these rates: the components of the initial angular velocity, (|m| +
+ * |rotor|) / I, sqrt(mass |gravity| |com| / I) with the largest moment I, and the rates of the
+ * support. INFINITY if all are 0; 0 for an invalid scene. Greater |t| are refused
+ * (KR_ERR_RESOLUTION). Backward in time, damping accelerates the top and may lower the bound. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 KR_API const char *kr_version(void);
 
 /* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. If the
  * inertia tensor is diagonal, the principal axes are the axes of the frame of description. Else,
- * they are the nearest right-handed frame, but T is the symmetry axis of a Lagrange top. */
+ * they are the right-handed frame nearest to it, but T is the axis of a Lagrange top. */
 
 /* Homogeneous shapes and their sizes [L], none negative. Tubes and cones have the axis (0, 0, 1). A
  * tube {0, r, h} is a cylinder, {0, r, 0} a disk, {r, r, 0} a hoop, and {0, 0, h} a rod. */
@@ -301,7 +301,7 @@ KR_API kr_status kr_body_shape(kr_shape shape, kr_vec3 size, double mass, kr_vec
 /* Returns the mass of a shape with this density [M L^-3], which is 0 for thin shapes. */
 KR_API double kr_shape_mass(kr_shape shape, kr_vec3 size, double density);
 /* Returns the principal moments about the centre of mass [M L^2]. Writes the height of the centre
- * of mass above the centre of the shape (0), or above the tip of a cone [L]. */
+ * of mass above the tip of a cone [L], or 0 for another shape. */
 KR_API kr_vec3 kr_shape_inertia(kr_shape shape, kr_vec3 size, double mass, double *height);
 /* Smallest permitted ratio of the smallest to the largest principal moment of a tensor that is not
  * diagonal. With a smaller ratio, the smallest moment would have too few correct digits. */
@@ -359,10 +359,10 @@ KR_API void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates);
 /* Lets a wheel with the moment `inertia` about its axle turn freely from the initial time on.
  * Before, its momentum inertia * rate along `axis` (in the frame of description, of any length)
  * must be part of body.rotor, and its moment part of body.inertia. Changes the inertia, its
- * principal axes and the rotor of the body. If a symmetric body has no other moment about the axle,
- * the wheel keeps its rate relative to the body, and damping and friction give KR_ERR_WHEEL.
- * Returns KR_ERR_BODY if the body cannot contain the wheel, and KR_ERR_ARGUMENT for other invalid
- * arguments or more than KR_WHEELS_MAX wheels. */
+ * principal axes and the rotor of the body. If the wheel has all the moment of the body about the
+ * axle, it keeps its rate relative to the body, and damping and friction give KR_ERR_WHEEL. Returns
+ * KR_ERR_BODY if the body cannot contain the wheel, and KR_ERR_ARGUMENT for other invalid arguments
+ * or more than KR_WHEELS_MAX wheels. */
 KR_API kr_status kr_scene_release_wheel(kr_scene *scene, double inertia, kr_vec3 axis, double rate);
 /* Writes the slower rate of steady precession about e3 [T^-1] or, if `fast` is nonzero, the faster;
  * 0 for a vertical apex. The top is symmetric, with spin and tilt as in kr_scene_set_spinning.
@@ -419,9 +419,9 @@ KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 /* Physical quantities of a state. Vectors refer to the space frame, or to the frame of description
  * if their name begins with body_. Euler angles (z-x-z) rotate the space axes into a body-fixed
  * frame: by precession_angle about e3, by nutation about the line of nodes e3 x apex, and by
- * spin_angle about the apex. This frame is the frame of description, rotated by the smallest angle
- * that brings its third axis to the apex, after half a turn about its first axis if this angle
- * exceeds 120 degrees. At a vertical apex, precession_angle and spin_angle are equal up to sign. */
+ * spin_angle about the apex. This frame is the frame of description, turned by 180 degrees about
+ * axis 1 if axis 3 is over 120 degrees from the apex, then by the smallest angle that takes axis 3
+ * to the apex. At a vertical apex, precession_angle and spin_angle are equal up to sign. */
 enum {
     KR_QUANTITY_TURNS = 1,     /* changes when the top is rotated about the vertical */
     KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, for all tops or for one kind */
@@ -448,8 +448,8 @@ KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
 /* Returns the modified energy [M L^2 T^-2] that a map conserves. With the energy E and the moment
  * I1 normal to the apex, it is E + step * <torque, m> / (2 I1) for bobenko_suris (order 1), and E +
- * O(step^4) up to a constant for bobenko_suris4 (order 4). NaN if the step is too large for order
- * 4, and unless the body is a Lagrange top without rotor, shaking and gradient. */
+ * O(step^4) up to a constant for bobenko_suris4 (order 4). NaN if the step is too large (order 4),
+ * or the body is not a Lagrange top, or has rotor, shaking or gradient. */
 KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step,
                                        int order);
 /* Returns the angle of the rotation between two attitudes, 0 .. pi [rad]. */
@@ -468,8 +468,8 @@ typedef struct kr_term {
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
 /* g is the sum of `terms`. If it is a multiple of the spin, an event also occurs when friction
- * stops the spin, but none when the top slides again. |g| counts as zero below 2^-50 times an upper
- * bound of |g| in a step or, until a sign of g is known, 2^-40 times it. */
+ * stops the spin, but none when the top slides again. Let B be an upper bound of |g| in a step. |g|
+ * < 2^-50 B (before a first sign of g is known, 2^-40 B) counts as zero. */
 typedef struct kr_event {
     const kr_term *terms;     /* the `count` terms of g */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
@@ -482,9 +482,9 @@ typedef struct kr_event_hit {
     ptrdiff_t index; /* index of the event; -1: none */
     int direction;   /* 1 or -1 */
 } kr_event_hit;
-/* Sets the events at which kr_top_seek stops. Events do not affect the states. `events` must remain
- * valid until the next call, or until the top is freed. Returns KR_ERR_NO_EVENTS unless the method
- * is taylor, and KR_ERR_ARGUMENT if skip_heading is set and a term depends on the heading. */
+/* Sets the events at which kr_top_seek stops. Events do not affect the states. `events` must stay
+ * valid until the next kr_top_watch or kr_top_free. Returns KR_ERR_NO_EVENTS unless the method is
+ * taylor, and KR_ERR_ARGUMENT if skip_heading is set and a term depends on the heading. */
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
 /* Advances the top to the next event, or to t if t comes first (hit->index is then -1). Returns
  * KR_ERR_STEP if an event lies in a step that is shorter than doubles can resolve. */
@@ -524,27 +524,26 @@ KR_API size_t kr_tangent_columns(uint64_t tangents);
 KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
 /* Writes the derivatives of a quantity at n states, from tangents[n][6][columns] to
  * out[n][rows][columns]; `by` has the flags of the columns. rows is quantity->doubles, or 3 for q
- * (a rotation vector). Derivatives that do not exist are NaN: of Euler angles at a vertical apex,
- * of the apex by a com of 0, and of body_acceleration by a friction of 0. */
+ * (a rotation vector). Derivatives that do not exist are NaN: of Euler angles if the apex is
+ * vertical, of the apex by com if com is 0, of body_acceleration by friction if it is 0. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
 
-/* Checkpoints of kr_top_save_size bytes. A top with the same method, events, scene (except `start`)
- * and configuration (except max_steps and poll) continues from a checkpoint with the same bits and
- * events, but kernels of taylor with and without fused multiply-add differ in rounding errors. If
- * the checkpoint is damaged or of another version, machine, scene or method, kr_top_load returns
- * KR_ERR_CHECKPOINT, and leaves the top unchanged. */
+/* kr_top_save writes a checkpoint of kr_top_save_size bytes. A top with the same method, events,
+ * scene (except `start`) and configuration (except max_steps and poll) that loads it reaches
+ * bitwise equal states and the same events, except if a taylor kernel without fused multiply-add
+ * replaces one with it. Damage, or another version, machine, scene or method, gives
+ * KR_ERR_CHECKPOINT and leaves the top unchanged. */
 KR_API size_t kr_top_save_size(const kr_top *top);
 KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
 
 /* Many tops. A worker integrates tops with one method, one by one or in SIMD lanes. Each thread
  * needs its own worker. With method NULL, closed forms are used where they exist, also on supports
- * turning about e3, and taylor otherwise. The results for a top depend only on this top and its
- * times. kr_exact_state or a kr_top gives the same bits, unless taylor integrates the top in a SIMD
- * lane (with at most 16 digits). In SIMD lanes, all instruction sets with fused multiply-add give
- * the same bits. */
+ * turning about e3, and taylor otherwise. The result for a top depends only on this top and its
+ * times. It is bitwise equal to kr_exact_state or kr_top, except in the SIMD lanes of taylor (at
+ * most 16 digits), where all instruction sets with fused multiply-add give equal bits. */
 typedef struct kr_worker kr_worker;
 /* Reductions over time of one component of a quantity, listed as X(kind, name). WHERE_MIN and
  * WHERE_MAX are the first times of MIN and MAX. If a value is NaN, all except LAST are NaN. */
@@ -571,7 +570,7 @@ typedef struct kr_reduction {
 } kr_reduction;
 /* Indicators of the growth of a tangent since the initial time (taylor with 16 digits, no damping,
  * friction or moving support). The tangent has the initial norm 1 in the internal units of the top.
- * Its components along the flow and the rotation about the vertical never grow, and are removed. */
+ * Its components along the flow and the rotation about e3, which never grow, are projected out. */
 enum {
     KR_GROWTH_LOG,      /* ln |tangent|; LOG / time is the Lyapunov exponent */
     KR_GROWTH_MEGNO,    /* the time average of the MEGNO indicator */
@@ -655,18 +654,18 @@ typedef struct kr_exact_info {
     /* Period of the nutation [T], INFINITY if it is constant; on a torus, see `frequency`. */
     double period;
     /* For Lagrange tops, mean rates of the apex about the vertical and of the body about the apex
-     * [T^-1], without the jumps of Euler angles at the poles. For free bodies, the momentum
-     * replaces the vertical, and the principal axis that circulates about it, at an acute angle
-     * (the symmetry axis, if there is one), replaces the apex. */
+     * [T^-1], without the jumps of Euler angles at the poles. For free bodies, read m for the
+     * vertical and, for the apex, the principal axis at an acute angle to m that circulates about m
+     * (the symmetry axis, if there is one). */
     double precession_rate, spin_angle_rate;
     /* For Kowalewski and Goryachev-Chaplygin tops, two angular frequencies of the body on its torus
      * (the first is pi / period), and the mean rate of precession [T^-1]. Sums of integer multiples
      * of the three are the angular frequencies of the attitude. For free gyrostats, the angular
      * frequency of m in the body (2 pi / period), the mean rate of the rotation about m, and 0. */
     double frequency[3];
-    /* For the tops of `frequency`, the largest relative error found by checks of the closed form.
-     * The attitude error is at most about ten times as large, plus a rounding error for each radian
-     * about the vertical if the integral G of a Goryachev-Chaplygin top is near 0. */
+    /* For tops with `frequency` (above), the largest relative error found by checks of the closed
+     * form. The attitude error is at most about ten times as large, plus a rounding error for each
+     * radian about the vertical if the integral G of a Goryachev-Chaplygin top is near 0. */
     double certificate;
 } kr_exact_info;
 #define KR_EXACT_BOUND 1e-11
@@ -704,9 +703,9 @@ typedef struct kr_nutation {
     /* "sleeping", "hanging", "steady", "separatrix", "pendulum", "rosette" (through the vertical),
      * "loops", "cusps" or "waves"; for a free body, "resting" or "circle". */
     const char *motion_type;
-    /* <m, e3> + <m, apex>, <m, e3> - <m, apex>, I1, the energy of the rotation about the apex, and
-     * mass * gravity * com along the apex. With h = nutation / 2, the energy is 2 I1 (dh/dt)^2 +
-     * (sum tan h + difference cot h)^2 / (8 I1) + axial_energy + lever cos 2h. */
+    /* sum, difference = <m, e3> +- <m, apex>, inertia = I1, axial_energy: of the rotation about the
+     * apex, lever = mass * gravity * <com, apex>. With h = nutation / 2, the energy is 2 I1
+     * (dh/dt)^2 + (sum tan h + difference cot h)^2 / (8 I1) + axial_energy + lever cos 2h. */
     double sum, difference, inertia, axial_energy, lever;
 } kr_nutation;
 /* Computes the turning points. Returns KR_ERR_METHOD unless kr_nutation applies. */

@@ -36,9 +36,9 @@ typedef struct kr_motion {
     int skip_heading;
     /* The number of requested digits, or 0 if `tol` is used. */
     int digits;
-    /* Low words of a state. Before kr_method.reset, the driver sets q and, with over 16 digits, m:
-     * the momentum is then along the internal axes instead of e1, e2, e3. Before kr_method.at, the
-     * driver sets t to the low word of `clock`; with over 16 digits, `at` writes q and m. */
+    /* Low words of a state. Before kr_method.reset, the driver sets q and, with over 16 digits, m
+     * (along the internal axes in this case, as in `start`, not e1, e2, e3). Before kr_method.at,
+     * the driver sets t to the low word of `clock`; with over 16 digits, `at` writes q and m. */
     kr_state low;
     body_dd *body; /* set by the method, or with more than 16 digits by the driver */
     /* The user's scene, with the initial state that was set last. Closed forms use the scene,
@@ -63,8 +63,8 @@ static inline body_dd make_body_dd(const kr_motion *motion, kr_vec3 com)
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
 typedef struct kr_step_polynomial {
     int order; /* at most KR_POLYNOMIAL_ORDER_MAX */
-    /* Taylor coefficients in tau = (time - begin) * rate: x of (q, 0, P), w of (0, W). In the body
-     * frame, P is the vertical, and W is the angular velocity divided by `rate`, with |W| < 1. */
+    /* Taylor coefficients in tau = (time - begin) * rate: x of q, a zero and P; w of a zero and W.
+     * In the body frame, P is the vertical, W the angular velocity divided by `rate`, |W| < 1. */
     const double (*x)[8], (*w)[4];
     double end_x[8], end_w[4]; /* values at the end of the step */
     double rate, span;
@@ -78,8 +78,8 @@ typedef struct kr_step_polynomial {
     double held;
     /* With dry friction: the sign of the spin in this step, or 0 while friction holds the top. */
     double sliding;
-    /* Adds the product of a and b to c[0], ..., c[N]; N + 1 is the least multiple of 8 above
-     * `order`. Zeros must fill b[-7] to b[-1], and a and b from their ends up to a[N] and b[N]. */
+    /* Adds the product of the power series a and b to c[0], ..., c[N]; N + 1 is the least multiple
+     * of 8 above `order`. b[-7] to b[-1], and elements of a and b after `order`, must be 0. */
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_step_polynomial;
 
@@ -101,7 +101,7 @@ typedef enum kr_timing {
 } kr_timing;
 /* The input for one tangent: an initial perturbation, and the derivatives of the coefficients of
  * the equations of motion by a parameter. On a shaken support, the derivative of the lever is
- * `pull` times the function `timing`. `apex` is the derivative of the direction of the centre of
+ * `pull` times the function `timing`. `apex` is the derivative of the unit vector to the centre of
  * mass. Vectors are along the principal axes, but at_start.push and `turning` along e1, e2, e3. */
 typedef struct kr_seed {
     kr_deviation at_start;
@@ -169,14 +169,14 @@ struct kr_method {
     void (*read)(const kr_motion *motion, kr_state *s);
     /* Writes the attitude and momentum at the time `clock`, in the last step. NULL: not dense. */
     void (*at)(kr_motion *motion, double clock, kr_state *s);
-    /* Writes the states that `at` would write at n times, but faster. The times may lie beyond the
-     * last step. May be NULL. */
+    /* Like `at` for n times, but faster, and for times beyond the last step too (closed form). The
+     * caller then advances the motion. May be NULL. */
     void (*at_times)(const kr_motion *motion, size_t n, const double clock[], kr_state out[]);
     /* Returns the Taylor polynomials of the last step. May be NULL. */
     kr_step_polynomial (*polynomial)(const kr_motion *motion);
-    /* Functions for tangents (KR_METHOD_TANGENTS), for dry friction, gravity gradients and moving
-     * supports (only taylor), and for more than 16 digits (KR_METHOD_DIGITS: kr_extended). A
-     * pointer is NULL if the method has no such functions, or if the build omits them. */
+    /* NULL if the method or the build has no such functions. `tangents`: KR_METHOD_TANGENTS.
+     * `supports`: dry friction, gravity gradient, moving support (taylor only). `extended`: more
+     * than 16 digits (kr_extended). */
     const kr_tangent_ops *tangents;
     const struct kr_support_ops *supports;
     const kr_extended_ops *extended;

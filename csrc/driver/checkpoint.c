@@ -43,7 +43,7 @@ static checkpoint_header make_header(const kr_top *top)
     return made;
 }
 /* Returns a checksum of `size` bytes, a multiple of 8. Changing any single 64-bit word changes the
- * checksum, because each update of the sum is invertible. */
+ * checksum, because no update maps two different sums or two different words to the same sum. */
 static uint64_t checksum(const unsigned char *bytes, size_t size)
 {
     uint64_t sum = 0xcbf29ce484222325, word;
@@ -125,9 +125,9 @@ static int has_same_setup(const kr_top *one, const kr_top *other)
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
            config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
-/* Returns 1 if `motion`, from a checkpoint, has the options and direction of `top`, and all counts,
- * indices and loop bounds in `motion` and in its work array `work` are in range; else 0. The
- * checksum does not exclude invalid numbers, because it can be forged. */
+/* Returns 1 if `motion`, from a checkpoint, has the digits, skip_heading and time direction of
+ * `top`, and all counts, indices and loop bounds in `motion` and in its work array `work` are in
+ * range; else 0. The checksum does not exclude invalid numbers, because it can be forged. */
 static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {
     const kr_motion *own = &top->main;
@@ -162,7 +162,7 @@ static int is_valid_search(const kr_event_search *search, int64_t steps)
            search->side <= 1 && search->sign >= -1 && search->sign <= 1;
 }
 /* Returns 1 if the event records at `from` belong to the events of `top`, in this order, and are
- * valid after `steps` steps; else 0. If `restore` is nonzero, also restores the search states. */
+ * valid for a top after `steps` steps; else 0. Restores the searches if `restore` is nonzero. */
 static int check_or_restore_events(kr_top *top, int64_t steps, const unsigned char *from,
                                    int restore)
 {

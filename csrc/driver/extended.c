@@ -3,16 +3,16 @@
  * digits, run.c converts. Input values are treated as exact. Quaternions are normalized. If a body
  * was given by an inertia tensor J (kr_body.given), the rotation q from its principal axes to the
  * frame of description (kreisel.h) is rounded to doubles (kr_body.axes). The tensor along the
- * rounded axes, q* J q, is then diagonal only up to rounding errors. Its elements off the diagonal
- * are computed without cancellation, and Jacobi's method finds the rotation `rest` that removes
- * them. The product q rest rotates vectors from the internal axes to the frame of description. The
- * rotation `rest` is small unless two moments are nearly equal. */
+ * rounded axes, R^T J R with the matrix R of q, is then diagonal only up to rounding errors. Its
+ * elements off the diagonal are computed without cancellation, and Jacobi's method finds the
+ * rotation `rest` that removes them. The product q rest rotates vectors from the internal axes to
+ * the frame of description. The rotation `rest` is small unless two moments are nearly equal. */
 #include "model/scene.h"
 #include "math/split_double.h"
 #include "top.h"
 
 /* Elements of the inertia tensor off the diagonal count as zero up to this value, in internal
- * units. Even if two moments differ only by rounding errors, such elements have no effect. */
+ * units. They turn the axes by at most 2^-100 if the moments differ by at least 2^-100. */
 #define LEAST_ELEMENT 0x1p-200
 /* Jacobi's method converges quadratically from elements that are rounding errors. */
 enum { TENSOR_SWEEPS = 6 };
@@ -46,8 +46,8 @@ static vec_dd find_momentum_change_by_low(const kr_top *top, const kr_state *sta
     return top->is_turned ? qdd_mul(qdd_mul(qdd_conj(axes), sum), axes).v : sum.v;
 }
 /* Returns the momentum of the state start + low, along the internal axes. If `low` is NULL (zero),
- * the relative error of each component is about one rounding error of double-double arithmetic. In
- * the angular velocity of a thin rod, its small moment of inertia would amplify larger errors. */
+ * the relative error of each component is about one rounding error of double-double arithmetic. The
+ * small moment of a thin rod would amplify larger errors in its angular velocity. */
 static vec_dd find_internal_momentum(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_quat axes = top->scene.body.axes;
@@ -77,8 +77,8 @@ static int matches_given_tensor(const kr_body *body)
     kr_body_set_rotor(&made, given->rotor);
     return memcmp(&made, body, sizeof made) == 0;
 }
-/* Writes to `a` the matrix q* J q / inertia_unit minus the diagonal matrix of `moments`. q is
- * body->axes, of almost unit norm, and J is the inertia tensor in body->given. */
+/* Writes to `a` the matrix R^T J R / inertia_unit minus the diagonal matrix of `moments`. R is
+ * |q|^2 times the rotation matrix of q = body->axes, and J is the inertia tensor in body->given. */
 static void find_diagonalization_residual(const kr_body *body, double inertia_unit,
                                           const double moments[3], dd a[3][3])
 {
@@ -119,9 +119,9 @@ static void apply_jacobi_rotation_dd(const double moments[3], dd a[3][3], quat_d
     a[p][r] = a[r][p] = dd_sub(dd_mul(c, apr), dd_mul(s, aqr));
     a[q][r] = a[r][q] = dd_add(dd_mul(s, apr), dd_mul(c, aqr));
 }
-/* Corrects the rounded principal axes and moments of a body that was given by a tensor. If two
- * moments are equal, rounding errors alone would determine how far their axes turn. Such axes are
- * not corrected if results depend on them: with tangents, or with unequal damping along them. */
+/* Corrects the rounded principal axes and moments of a body that was given by a tensor. The
+ * correction of two axes with equal moments is arbitrary (it depends on rounding errors only). It
+ * is omitted if results depend on these axes: with tangents, or with unequal damping along them. */
 static void refine_principal_axes(kr_top *top, double inertia_unit)
 {
     const kr_body *given = &top->scene.body;

@@ -18,7 +18,7 @@ enum {
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
 /* Returns the bound that |t| of a requested time must not reach: `horizon` or, for a fixed-step
- * method, at most 2^50 * |step|, because two later grid times could round to the same double. */
+ * method, at most 2^50 * |step|, because grid times after 2^53 * |step| coincide. */
 static double limit_horizon_to_grid(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
@@ -39,8 +39,8 @@ static kr_working find_internal_axes(const kr_top *top)
 }
 /* Returns the initial state, for up to 16 digits: the attitude of the internal axes, and the
  * momentum in space in internal units. If the internal axes are permuted principal axes, the small
- * tilt of a nearly upright top is the difference of two nearly equal components of q. Therefore, q
- * is then computed in double-double arithmetic, and top->main.low receives the low words of q. */
+ * tilt of a nearly upright top is the difference of two nearly equal components of q. In this case,
+ * q is computed in double-double arithmetic, and top->main.low receives the low words of q. */
 static kr_state find_internal_start(kr_top *top)
 {
     const kr_state *start = &top->scene.start;
@@ -187,8 +187,8 @@ static double find_step_end(const kr_top *top)
     return is_adaptive(top) ? top->scene.start.t + top->main.clock * top->time_unit
                             : grid_time(top, top->steps);
 }
-/* Returns the time of the end of the last step, in the user's units. If rounding moves this time
- * beyond the end, returns the next double towards the initial time instead. */
+/* Returns the time of the end of the last step, in the user's units. If the rounded time lies after
+ * main.clock, returns the next double towards the initial time instead. */
 static double find_step_end_rounded_inward(const kr_top *top)
 {
     const double at = find_step_end(top);
@@ -351,7 +351,7 @@ void kr_top_free(kr_top *top)
     free(top);
 }
 /* Replaces `top` by the newly initialized top `begun`, but keeps the work arrays of `top`. Without
- * dense output, begun->main has used top->side.work, which is copied to top->main.work. */
+ * dense output, copies the work array of begun->main (top->side.work) to top->main.work. */
 static void replace_top(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;
@@ -422,8 +422,8 @@ kr_status kr_top_advance(kr_top *top, double t)
     return kr_top_record(top, 1, &t, &state, NULL, NULL);
 }
 /* Writes the states at t[0], t[1], ... to `out`, at most n, by one call of kr_method.at_times.
- * Stops before a time that does not follow the preceding one. Returns the number of states. If it
- * is 0, the caller must compute the first state. If a step fails, writes its error to `status`. */
+ * Stops before a time that does not follow the preceding one. Returns the number of states: 0 also
+ * for fewer than 2 such times (use find_state). If a step fails, writes its error to `status`. */
 static size_t record_batch(kr_top *top, size_t n, const double t[], kr_state out[],
                            kr_status *status)
 {

@@ -81,7 +81,7 @@ static kr_status poll_and_check_limit(kr_top *top, int64_t steps)
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return limit > 0 && steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
-/* Checks the main motion, saves it for recovery, and checks the step limit. If the motion is
+/* Checks the main motion, saves it for recovery, and calls poll_and_check_limit. If the motion is
  * invalid, restores its last valid state and returns an error code. */
 static kr_status save_valid_main_and_poll(kr_top *top)
 {

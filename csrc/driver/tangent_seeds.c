@@ -59,9 +59,9 @@ static vec_dd find_internal_lever(const seed_list *to, dd weight, vec_dd com)
     return vdd_scale(own, com);
 }
 /* Adds and returns the seed of a parameter on which lever = mass * gravity * com depends. Arguments
- * are in the user's units. On a support that is not shaken, the derivative of the lever by the
- * parameter is weight * arm. On a shaken support, the derivative is mass * arm times the function
- * of time `timing` (kr_timing, method.h). */
+ * are in the user's units. The derivative of the lever by the parameter must be weight * arm for a
+ * support at rest. On a shaken support, the derivative is mass * arm times the function of time
+ * `timing` (kr_timing, method.h). */
 static kr_seed *add_lever_seed(seed_list *to, dd weight, double mass, vec_dd arm, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);
@@ -133,7 +133,7 @@ kr_status kr_tangents_advance(kr_top *top)
 }
 
 /* Writes the divisor of each column of the tangent matrix, in the order of KR_TANGENT_LIST: the
- * internal unit of its parameter in the user's units, or 1 if the seed is already divided by it. */
+ * internal unit of its parameter in the user's units, or 1 if the seed includes it. */
 static void write_column_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
@@ -152,9 +152,8 @@ static void write_column_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS
 }
 /* Writes a column of the tangent matrix of n columns in the user's frame and units: high words to
  * out[0], out[n], ..., out[5 n], low words to low[0], ..., low[5 n]. `from` is the column in
- * internal units, and `unit` its divisor (write_column_units). The rotation from internal axes
- * to the frame of description is `axes` (kr_extended_axes) with more than 16 digits, else
- * top->axes. */
+ * internal units, and `unit` is from write_column_units. The rotation from internal axes to the
+ * frame of description is `axes` (kr_extended_axes) with more than 16 digits, else top->axes. */
 static void write_tangent_column(const kr_top *top, quat_dd axes, const kr_deviation *from,
                                  double unit, size_t n, double *out, double *low)
 {

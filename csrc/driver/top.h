@@ -81,7 +81,7 @@ struct kr_extended_ops {
     void (*to_user)(kr_top *top, kr_state *state);
 };
 
-/* Returns 1 if m is finite and |q| is almost 1. (An overflow would change |q|.) */
+/* Returns 1 if m is finite and | |q|^2 - 1 | < 1e-6, which excludes NaN and infinity; else 0. */
 static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 {
     return fabs(q_dot(q, q) - 1.0) < 1e-6 && isfinite(fabs(m.x) + fabs(m.y) + fabs(m.z));
@@ -105,14 +105,14 @@ kr_status kr_tangents_advance(kr_top *top);
  * `low` has the low words of the initial state, or is NULL. On failure, the top is unchanged. */
 kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
                       const kr_config *config);
-/* Returns |step|, or -|step| if `back` is nonzero; in the latter case, -0.1 if `step` is 0. */
+/* Returns |step| or, if `back` is nonzero, -|step|; -0.1 replaces -0, which has no direction. */
 static inline double kr_step_directed(double step, int back)
 {
     const double size = fabs(step);
     return !back ? size : size > 0.0 ? -size : -0.1;
 }
-/* Sets the current state to the state at the end of the last step, if this end is later than the
- * last requested time and not later than t, in the direction of time. Otherwise does nothing. */
+/* Advances the current state to the end of the last step. Does nothing unless this end lies after
+ * top->requested and not after t (in the direction of the step). */
 kr_status kr_top_sync(kr_top *top, double t);
 /* After a failure, sets the main motion to its last valid state, by repeating the steps from the
  * saved motion. Returns the error of the failed step, or KR_ERR_NOT_FINITE if it reported none. */

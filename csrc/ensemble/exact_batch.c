@@ -1,6 +1,6 @@
 /* Batched evaluation of the closed-form solutions (kr_exact_form, exact/exact.h) of many tops. The
- * states are bitwise those of kr_exact_state, but the initial state is returned as given. The
- * scalar code (kr_top) repeats a top with an invalid time or state, and reports the error. */
+ * states are bitwise those of kr_exact_state, but a state at the initial time is a copy of `start`.
+ * The scalar code (kr_top) repeats a top with an invalid time or state, and reports the error. */
 #include "exact/exact.h"
 #include "slots.h"
 
@@ -45,9 +45,9 @@ static size_t store_valid_states(kr_worker *worker, kr_slot *slot, kr_accumulato
     }
     return k;
 }
-/* Stores the outcome and the states of top i. The states are those in tops->states if `plan` is
- * NULL, or else computed from the closed form `plan`, in blocks of STATES_PER_CALL. If a state is
- * invalid, the scalar code computes the top instead. */
+/* Stores the states and the outcome of top i. If `plan` is NULL, kr_exact_run has already written
+ * the states to tops->states; else computes them from the closed form `plan`, in blocks of
+ * STATES_PER_CALL. If a state is invalid, the scalar code computes the top instead. */
 INLINE void finish_exact_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
 {
     const kr_tops *tops = worker->tops;

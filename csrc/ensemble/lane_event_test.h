@@ -23,9 +23,9 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w, int flags)
                    dw = lane_vec_fma(lane_vec_times(k, lane_vec_yzx(w)), lane_vec_zxy(w), linear);
     return evaluate_event_linear_part(l, dp, dw);
 }
-/* Writes to l->g the coefficients of g or, if l->extremum is 1, of dg/ds as a polynomial in s, the
- * time since the start of the step divided by the size h of the step. Returns the degree. Corrects
- * the last coefficient so that the value at s = 1 is the value computed from P and W in *end, with
+/* Writes to l->g[n] the coefficient of s^n in g or, if l->extremum is 1, in dg/ds, where s is the
+ * time since the start of the step divided by the step size h. Returns the degree. Corrects the
+ * last coefficient so that the value at s = 1 is the value computed from P and W in *end, with
  * which the next step begins. */
 INLINE int write_event_polynomial(kr_lanes *l, wide h, const lane_point *end, int flags)
 {

@@ -2,7 +2,7 @@
  * time and step sizes. The goal of a lane is the next requested time of its top. When a top has
  * reached its last requested time, the next top is loaded into its lane. If the computation in a
  * lane fails, the scalar code (kr_top) repeats it from the initial state and reports the error. A
- * lane uses internal units (method.h), but with the unit of frequency `rate`. */
+ * lane uses internal units, but the unit of frequency kr_step_polynomial.rate (method.h). */
 #include <float.h>
 #include "math/exponent.h"
 #include "taylor/slow.h"
@@ -27,10 +27,10 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 
-/* Sets l->order and l->log2_tol for the tolerance `tol` (2^-53 if tol is 0) by the first row with
- * log2(tol) >= until: l->log2_tol becomes min(log2(tol), max(log2(tol) - less, -54.5)). According
- * to measurements (docs/theory/ensembles.md), the results are then as accurate as results of
- * kr_top, and the Taylor order in the row is the fastest. */
+/* Sets l->order and l->log2_tol for the tolerance `tol` (2^-53 if `tol` is 0). The first row with
+ * until <= log2(tol) gives the order, and the number `less` by which log2(tol) is lowered, but not
+ * beyond -54.5. In measurements (docs/theory/ensembles.md), the results are as accurate as those of
+ * kr_top, and other orders are not faster. */
 static void set_order_and_tolerance(kr_lanes *l, double tol)
 {
     static const struct {
@@ -83,9 +83,9 @@ static kr_vec3 make_zeros_negative(kr_vec3 v)
 {
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
-/* Returns `difference`, of two moments of inertia. `moment` is the third one; the caller divides
- * the rotor components rotor_1 and rotor_2 by the result. If one of them is not 0, and `difference`
- * is near 0, returns KR_LEAST_FACTOR (taylor.h) * moment + DBL_MIN instead. */
+/* Returns `difference`, the difference of two moments of inertia, as a divisor for rotor_1 and
+ * rotor_2. If rotor_1 or rotor_2 is not 0, and |difference| is less than KR_LEAST_FACTOR (taylor.h)
+ * * moment + DBL_MIN, returns this limit instead. `moment` is the third moment of inertia. */
 static double avoid_zero_moment_difference(double difference, double moment, double rotor_1,
                                            double rotor_2)
 {
@@ -140,9 +140,9 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
     return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
               times_power_of_2(a.z, power));
 }
-/* Writes the initial tangent (theta, N) = (turn, push) (lane_tangent.h) along the principal axes:
- * the user's tangent, scaled by a power of two so that its squared norm does not overflow. Without
- * a user's tangent, writes arbitrary numbers, which are unlikely to be a trivial solution. */
+/* Writes the initial tangent (theta, N) = (turn, push) (lane_tangent.h) along the principal axes,
+ * in the units of a lane: the user's tangent, times a power of two that prevents overflow of its
+ * squared norm; or, without one, arbitrary numbers that are unlikely to be a trivial solution. */
 static void set_initial_tangent(const kr_worker *worker, const kr_top *top, double rate,
                                 kr_vec3 *turn, kr_vec3 *push)
 {
@@ -161,9 +161,9 @@ static void set_initial_tangent(const kr_worker *worker, const kr_top *top, doub
 /* Upper limit on the sum of the reciprocals of the moments of inertia, in internal units. Above
  * this limit, the squared norm of a tangent could overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
-/* Computes the initial tangent of a lane, for the top in worker->fallback. Returns 0 if the tangent
- * is not finite, if less than 1e-10 of it remains after removal of the trivial solutions
- * (lane_tangent.h), or if a moment of inertia is too small. */
+/* Writes the initial tangent for the top in worker->fallback to element `lane` of tangents->end.
+ * Returns 0 if it is not finite, if the removal of the trivial solutions (lane_tangent.h) leaves
+ * less than 1e-10 of its length, or if a moment of inertia is too small. */
 static int initialize_lane_tangent(kr_worker *worker, int lane, double rate, int shift,
                                    const shifted_constants *constants)
 {
@@ -238,9 +238,9 @@ static int is_growth_finite(const kr_lanes *l, int lane)
     for (int i = 0; l->tangents && i < KR_GROWTH_COUNT; i++) sum += l->tangents->out[i][lane];
     return isfinite(sum);
 }
-/* Stores the state that kr_lanes_isa.sample has computed for a lane, and sets the next goal. If the
- * state is invalid, the scalar code computes the top instead. Returns 1 if the top is still in the
- * lane and its last step also reaches the new goal. */
+/* Stores the state and the growth that kr_lanes_isa.sample has computed for a lane, and sets the
+ * next goal. If one of them is invalid, the scalar code computes the top instead. Returns 1 if the
+ * top is still in the lane, and the step just made also reaches the new goal. */
 static int store_sample_and_set_goal(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;
@@ -293,8 +293,8 @@ static int find_free_lane(const kr_worker *worker)
     while (lane < *worker->isa->lanes && worker->busy >> lane & 1) lane++;
     return lane;
 }
-/* Returns 1 if the damping of top i, which is in worker->fallback, may be strong (taylor/slow.h)
- * before its last requested time. */
+/* Returns 1 if top i, which is in worker->fallback, may be strongly damped (taylor/slow.h) in some
+ * step: up to the last requested time of the top or, in a section, at any later time. */
 static int may_be_strongly_damped(const kr_worker *worker, size_t i)
 {
     const kr_top *top = worker->fallback;

@@ -125,8 +125,8 @@ INLINE void add_heading_products(lane_sums *a, lane_vec wm, lane_vec pj, int fla
     a->wp.y = wide_fma(pj.y, wm.y, a->wp.y);
     if (flags & KR_LANES_DAMPED) a->wp.z = wide_fma(pj.z, wm.z, a->wp.z);
 }
-/* Returns `to` plus the rotor terms of the sums lane_sums.ww for the coefficient w of W:
- * shift_next * (wz, wx, wy) + shift_prev * (wy, wz, wx), componentwise, with the constants of l. */
+/* Returns `to` plus what the rotor and the Taylor coefficient w of W contribute to lane_sums.ww:
+ * l->shift_next * (wz, wx, wy) + l->shift_prev * (wy, wz, wx), componentwise. */
 INLINE lane_vec add_rotor_products(kr_lanes *l, lane_vec w, lane_vec to)
 {
     const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_zxy(w), to);
@@ -210,8 +210,8 @@ INLINE lane_vec gravity_rates(kr_lanes *l, lane_vec p)
     return lane_vec_fma(lane_vec_load(l->up), lane_vec_yzx(p),
                         lane_vec_times(lane_vec_load(l->down), lane_vec_zxy(p)));
 }
-/* Writes all Taylor coefficients of order n + 1 to `l`, given the coefficients `newest` of order n
- * of W and P. Returns the coefficients n + 1 of W and P. */
+/* Writes to `l` the coefficients n + 1 of W, P and, unless headless, of f and 1 + <P, P0>, and the
+ * coefficient n of f'. `newest` holds coefficients n of W and P. Returns coefficients n + 1. */
 INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int flags)
 {
     const lane_sums a = sum_products(l, n, &newest, flags);
@@ -260,8 +260,8 @@ INLINE wide approx_exp2_lanes(wide x)
            wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
 }
 /* Returns log2 of the radius of convergence, estimated as -log2(|x_n|) / n from the n-th
- * coefficients x_n = (p_n, w_n, 16 f_n). The factor 16 shortens the steps, because the omitted
- * terms of f may all have the same sign. */
+ * coefficients x_n = (p_n, w_n, 16 f_n). The factor 16 shortens the steps: the omitted terms of f
+ * may all have the same sign, so that their sum is much larger than the last term. */
 INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
 {
     const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);

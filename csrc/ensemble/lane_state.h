@@ -47,8 +47,8 @@ enum { KR_LANES_HEADLESS = 1, KR_LANES_DAMPED = 2 };
 struct kr_lane_tangents;
 /* The last computed step of every lane, from the time t to the time `end`. A lane must stop at the
  * first step that reaches its `goal`. The lane's axes are the principal axes, permuted cyclically
- * so that the third moment of inertia is the largest. An unused lane has finite coefficients and an
- * infinite goal. */
+ * so that the third moment of inertia is the largest. An unused lane is stepped, too, but never
+ * stops the others: its coefficients are finite, and its goal is infinite. */
 typedef struct kr_lanes {
     kr_lane_vector p[KR_LANES_ORDER + 1], w[KR_LANES_ORDER + 1]; /* coefficients of P and W */
     kr_lane_number rate[KR_LANES_ORDER + 1];                     /* of f' */
@@ -62,9 +62,9 @@ typedef struct kr_lanes {
     kr_lane_vector drag;        /* -Dx / Ax, and cyclic permutations */
     /* factors of Wx Px, Wy Py and Pz in <W, P>: 1 - Ax / Az, 1 - Ay / Az, -hz / Az */
     kr_lane_vector inner;
-    /* The constants of the rotor: the vector shift_prev is (-hz / (Ay - Az), ...), and shift_next
-     * is (hy / (Ay - Az), ...), with the cyclic permutations as further components. Without a
-     * rotor, both are -0, because adding -0 leaves every number unchanged. For the value of W at
+    /* The constants of the rotor. The x components are -hz / (Ay - Az) in shift_prev and
+     * hy / (Ay - Az) in shift_next; a cyclic permutation of x, y, z gives the others. Without a
+     * rotor, all are -0, because adding -0 leaves every number unchanged. For the value of W at
      * the time t, prev is (Wz, Wx, Wy) + shift_prev, and next is (Wy, Wz, Wx) + shift_next. */
     kr_lane_vector shift_prev, shift_next, prev, next;
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 backward in time */
@@ -73,8 +73,8 @@ typedef struct kr_lanes {
     kr_lane_number at; /* time to sample */
     /* The event: a zero of the event function <along_p, P> + <along_w, W> + constant or, if
      * `extremum` is 1, of its derivative. In the last step, this function or derivative is the
-     * polynomial sum g[n] s^n, 0 <= s <= 1. `side` is the last sign of the polynomial known with
-     * certainty, or 0. Values up to `noise` in magnitude have no certain sign. */
+     * polynomial sum g[n] s^n, 0 <= s <= 1. The sign of a value is certain if its magnitude is
+     * above `noise`. `side` is the most recent certain sign, 1 or -1, or 0 if there is none. */
     kr_lane_vector along_p, along_w;
     kr_lane_number constant, g[KR_LANES_ORDER + 1], side, noise;
     int has_event, extremum;

@@ -127,8 +127,8 @@ INLINE lane_deviation remove_trivial_solutions(kr_lane_tangents *g, const lane_p
     const wide keep = wide_choose(is_own, wide_splat(1.0), wide_splat(0.0));
     return remove_component(remove_component(d, known.flow), deviation_scale(keep, own));
 }
-/* Returns the larger of 2^-40 |d|^2 and the squared norm of the component of `d` orthogonal to the
- * two trivial solutions at the point `at` of the path. */
+/* Returns the squared norm of the component of `d` orthogonal to the two trivial solutions at the
+ * point `at` of the path, but at least 2^-40 |d|^2: rounding errors could make it negative. */
 INLINE wide norm2_without_trivial(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
@@ -156,9 +156,9 @@ INLINE lane_vec find_energy_gradient_in_theta(kr_lane_tangents *g, const lane_po
     const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
     return lane_vec_add(pull, lane_vec_cross(at->w, find_body_momentum(g, at)));
 }
-/* Writes the errors of dE and d<m, e3> at the point `at` of the path to g->out: the change of dE
- * since the initial time (0 for an exact tangent), divided by the maximum of |dE| for all tangents
- * of the norm |d|, and likewise for d<m, e3>. */
+/* Writes the errors of dE and d<m, e3> of the tangent `d` at the point `at` of the path to g->out.
+ * The error of dE is its change since the initial time (0 if exact), relative to the largest |dE|
+ * that a tangent of length |d| can have at this point; the error of d<m, e3> likewise. */
 INLINE void write_conservation_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec lean = find_energy_gradient_in_theta(g, at);
@@ -185,8 +185,8 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
 #define END_WEIGHT (1.0 / 30.0)
 
 /* Integrals of the growth of a tangent delta from the initial time t = 0: `area` = int ln|delta|
- * d|t| and `moment` = int ln|delta| ln|t| d|t|. `most` is the largest and `last` the last
- * ln|delta|; `rest` is the largest |last Taylor term|^2 / |delta|^2. */
+ * d|t| and `moment` = int ln|delta| ln|t| d|t|. `last` is ln|delta| at the newest time, `most` its
+ * maximum so far, and `rest` the maximum so far of |highest Taylor term|^2 / |delta|^2. */
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_integrals;
@@ -371,8 +371,8 @@ INLINE void write_growth_at_sample_time(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
     write_conservation_errors(g, &here, d);
 }
-/* Sets g->truncation_limit, and the degrees g->terms at the interior quadrature nodes. Terms of a
- * tangent d below 2^-24 |d| are omitted: at a node x, term n is about x^n tol^(n/order) |d|. */
+/* Sets g->truncation_limit, and g->terms, the degrees of P, W and the tangent d at interior nodes.
+ * Term n of d is about x^n tol^(n/order) |d| at a node x; terms below 2^-24 |d| are omitted. */
 static void set_truncation_and_node_terms(const kr_lanes *l, kr_lane_tangents *g)
 {
     g->truncation_limit = exp2(2.0 * (l->log2_tol + GROWTH_SLACK));

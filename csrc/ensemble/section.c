@@ -2,8 +2,8 @@
  * the event function g (kr_event, kreisel.h) or, for an extremum, of dg/dt. The SIMD lanes, each
  * with one top (lane_state.h), can be used if g is linear in the body-frame components of the
  * vertical and the angular velocity. A lane stops after a step in which an event is possible
- * (lane_event_test.h), and the functions of this file search this step. Other events are found by
- * the scalar code (events/event_search.c). kr_tops.t limits the wait for each event. */
+ * (lane_event_test.h), and the functions of this file search this step. For all other g, the scalar
+ * code searches (events/event_search.c). kr_tops.t holds the longest wait from event to event. */
 #include "events/sign_changes.h"
 #include "events/event_polynomial.h"
 #include "slots.h"
@@ -35,9 +35,9 @@ static void finish_without_event(kr_worker *worker, int lane)
     slot->last = s;
     kr_lane_finish(worker, lane, KR_ERR_EVENT);
 }
-/* Stores the state at an event in the last step of a lane, unless the event has a condition that is
- * not met. If the wait for the event was too long, finishes the top. `fraction` is the position of
- * the event in the step, 0 to 1. Returns 1 if the search must go on, 0 if the top left the lane. */
+/* Stores the state at `fraction` (0 to 1) of the last step of a lane, where an event occurs, if
+ * kr_event.condition is positive there or absent. If the longest wait ends before the event,
+ * finishes the top instead. Returns 1 if the search must go on, 0 if the top left the lane. */
 static int store_event(kr_worker *worker, int lane, double fraction)
 {
     const kr_lanes *l = worker->lanes;

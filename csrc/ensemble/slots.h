@@ -23,9 +23,9 @@ typedef struct kr_slot {
     kr_state last;
 } kr_slot;
 
-/* The state of a reduction after some of the states of a top: `value` is the extremum, mean or last
- * value of the quantity. `more` is the time of the extremum or, for a mean or a variance, the sum
- * of the squared deviations from the mean. */
+/* The partial result of a reduction after some of the states of a top: `value` is the extremum, the
+ * last value or, for a mean or a variance, the mean of the quantity. `more` is the time of the
+ * extremum or, for a mean or a variance, the sum of the squared deviations from the mean. */
 typedef struct kr_accumulator {
     double value, more;
 } kr_accumulator;
@@ -71,8 +71,8 @@ static inline int kr_worker_has_tangents(const kr_worker *worker)
 {
     return worker->lanes && worker->lanes->tangents;
 }
-/* Stores row[0][lane], row[1][lane], ... as the growth (KR_GROWTH_LOG, ...) at the next requested
- * time of the top in `slot`, or zeros if `row` is NULL. Without kr_tops.growth, does nothing. */
+/* Writes row[i][lane], or 0 if `row` is NULL, to kr_tops.growth as the indicator i (KR_GROWTH_LOG
+ * etc.) of the top in `slot` at its next requested time. Without kr_tops.growth, does nothing. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
 /* Writes the outcome and the reductions of the top in `slot`, and NaN for results not computed. */
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
@@ -90,8 +90,8 @@ static inline double kr_worker_max_event_wait(const kr_worker *worker, size_t to
 }
 /* Integrates top i with the scalar code, using `top` as workspace, and writes its results. */
 void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i);
-/* Returns the configuration of the worker for top i. The step is negative if the last requested
- * time precedes the initial time, or in a section if the longest wait is negative. */
+/* Returns the worker's configuration for top i. The step is negative backward in time: if the last
+ * requested time precedes the initial time or, in a section, if the number in kr_tops.t is < 0. */
 kr_config kr_worker_config_of(const kr_worker *worker, size_t i);
 static inline const double *kr_worker_times_of(const kr_tops *tops, size_t i)
 {
@@ -102,9 +102,9 @@ static inline const double *kr_worker_times_of(const kr_tops *tops, size_t i)
 void kr_lane_park(kr_lanes *l, int lane);
 /* Sets the growth of the tangent in a lane to that of an initial tangent of length 1. */
 void kr_lane_reset_growth(kr_growth *growth, int lane);
-/* Sets the goal of a lane: the next requested time or, in a section, the end of the longest wait
- * for the next event. Before, stores the initial state for requested times that equal the initial
- * time. Returns 1 if the top stays in the lane, and 0 if it has left: it was finished or, because
+/* Stores the initial state for all requested times that equal the initial time. Then sets the goal
+ * of a lane: the next requested time or, in a section, the end of the longest wait for the next
+ * event. Returns 1 if the top stays in the lane, and 0 if it has left: it was finished or, because
  * the goal was invalid, computed by the scalar code. */
 int kr_lane_set_goal(kr_worker *worker, int lane);
 /* Computes the state of a lane at the user's time t, which must lie within its last step. */
@@ -147,8 +147,8 @@ void kr_scheduler_add(kr_worker *worker, size_t i);
 /* Advances the tops in all SIMD lanes until each has reached its last requested time or event. */
 void kr_scheduler_drain(kr_worker *worker);
 
-/* Stores the event function of the top in worker->fallback in a lane with the unit of frequency
- * `rate` (lane_scheduler.c), whose axes are permuted: v has the components shift_axes(v, shift). */
+/* Writes the event function for the top in worker->fallback to a lane. `rate` is the lane's unit of
+ * frequency (lane_scheduler.c). A vector v along principal axes becomes shift_axes(v, shift). */
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
 /* Stores the states at the events in the last step of a lane. Frees the lane if the top is finished
  * or the longest wait is over. */

@@ -41,7 +41,7 @@ static int suits_lanes(const kr_worker *worker, const kr_scene *scene)
            (!worker->is_section && !kr_scene_excludes_closed_form(scene, 1));
 }
 /* Computes top i, which the batch code has not computed, in a lane or by the scalar code. Leaves a
- * damped top that suits lanes to the second pass of run_tops. */
+ * damped top that suits lanes to the second pass of run_tops, in which the lanes are damped. */
 static void dispatch_top(kr_worker *worker, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
@@ -124,8 +124,8 @@ static int are_valid_reductions(size_t n, const kr_reduction reduction[])
         i++;
     return i == n;
 }
-/* Allocates a worker and its arrays, all zero, in one block of memory, or returns NULL. `in_lanes`,
- * `is_closed` and `grows` are nonzero if it needs lanes, closed forms and tangents. */
+/* Allocates a worker for the given number of reductions, in one block of zeros, or returns NULL. It
+ * has lanes if `in_lanes`, closed forms if `is_closed`, and tangents if `grows` is nonzero. */
 static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed, int grows)
 {
     const size_t rows = KR_LANES_MAX + 1,

@@ -11,8 +11,8 @@
 #include "model/scene.h"
 #include "event_polynomial.h"
 
-/* A power series: element PAD + n is the coefficient of the n-th power, n <= step_view.order. The
- * other elements are zero. The arguments a and b of step_view.product point to elements PAD. */
+/* A power series: element PAD + n is the coefficient of the n-th power, n <= step_view.order. All
+ * others are zero, as step_view.product requires. Its arguments a and b point to element PAD. */
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
@@ -233,9 +233,9 @@ static void add_component(const step_view *v, double factor, int number, double 
     }
 }
 
-/* Returns an upper bound on the magnitude of a state component in its unit (component_unit). In
- * this unit, |W| <= 1. If the support is at rest and gravity has no gradient, the energy limits
- * each A_i W_i^2 to the smallest of the three moments of inertia A_i. */
+/* Returns an upper bound on the magnitude of a state component in its unit (component_unit). If the
+ * support is at rest and gravity has no gradient, the energy permits |W| = 1 at most about the axis
+ * of the least moment of inertia A. Hence each A_i W_i^2 is at most A. Otherwise, |W| <= 1. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;
@@ -302,7 +302,7 @@ static void expand_event_in_step(const step_view *v, const kr_event *e, double *
     }
 }
 /* Writes the value of an event function at the end of the step p to c[0] and, for an extremum
- * event, its derivative by the time in units of 1 / p->rate to c[1]. */
+ * event, its derivative with respect to tau (kr_step_polynomial) to c[1]. */
 static void evaluate_event_at_step_end(const kr_top *top, const kr_step_polynomial *p,
                                        const kr_event *e, double *c)
 {

@@ -7,8 +7,8 @@
 #include "driver/top.h"
 
 enum { KR_TERMS_ROOM = KR_POLYNOMIAL_ORDER_MAX + 16 };
-/* Returns an upper bound on the magnitude of a sum of n terms during a step. Sign changes of the
- * sum can be found if the bound is finite and not zero. */
+/* Returns an upper bound on the magnitude of a sum of n terms during a step. To find sign changes,
+ * the bound must be finite, and KR_TERMS_UNSURE times the bound, the noise, must not underflow. */
 double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                       const kr_term terms[]);
 /* Writes the event function, or for an extremum event its derivative, as a polynomial in s over the

@@ -88,8 +88,8 @@ static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *p
     own->mark = search.mark;
 }
 /* Finds the first sign change of an event function in the last step, unless this step has already
- * been searched. If the previous step was searched to its end, the search starts with the last sign
- * of that step. Otherwise it starts at the last requested time, without a sign. */
+ * been searched. If the previous step was searched to its end, starts at the beginning of the step
+ * and keeps the last known sign. Otherwise starts at the last requested time with no known sign. */
 static void search_step_once(const kr_top *top, const kr_step_polynomial *piece,
                              const kr_event *event, kr_event_search *own)
 {
@@ -126,8 +126,8 @@ static kr_event *find_earliest_event(const kr_top *top, const kr_step_polynomial
     }
     return first;
 }
-/* Advances the top to the next event in the last step whose condition is satisfied, if its time is
- * not beyond the user's time t. Writes this event to `hit`, or index -1 if there is none. */
+/* Advances the top, not beyond the user's time t, from event to event in the last step until the
+ * condition of an event is satisfied. Writes its index, or -1 if there is none, to hit->index. */
 static kr_status seek_event_in_step(kr_top *top, double t, kr_event_hit *hit)
 {
     const kr_step_polynomial piece = top->method->polynomial(&top->main);

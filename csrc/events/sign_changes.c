@@ -30,8 +30,8 @@ static double evaluate_with_slope(const double *c, int degree, double s, double 
     *slope = d;
     return p;
 }
-/* Returns a root between `low` and `high`, by Newton's method. If a Newton step would leave the
- * interval, the interval is bisected instead. Returns `low` if the sign there is not r->side. */
+/* Returns a root between `low` and `high` by Newton's method, or by bisection where a Newton step
+ * leaves the interval. Returns `low` if p no longer has the sign r->side there (from before). */
 static double refine_root_between(const kr_sign_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);

@@ -76,8 +76,8 @@ static void compute_block(const kr_exact_form *exact, batch *b, int count)
         compute_block_of_kind(&e, 1, 1, b, n);
     if (e.framed != 0.0) apply_frame_to_block(&e, b, n);
 }
-/* Returns 1 if all n times are finite and closer to the initial time than `longest` (kernel.h), and
- * if no phase changes by 2^49 turns or more between the initial time and one of these times. */
+/* Returns 1 if all n times are finite and closer to the initial time than `longest`, and no phase
+ * changes by 2^49 turns or more (half the limit of is_span_computable in kernel.h, for safety). */
 static int are_times_computable(const kr_exact_form *e, const double t[], int n)
 {
     const double most =

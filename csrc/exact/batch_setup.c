@@ -32,10 +32,10 @@ typedef struct body_data {
     kr_swing swing;
 } body_data;
 
-/* The rows of batch_queue.in, which has a column for each top. 3 rows begin at INERTIA, 4 rows at
- * ATTITUDE, 3 at MOMENTUM and 8 at AXES (kr_body.axes, then kr_working.axes). Each other name is
- * one row. The lever in internal units is MASS * GRAVITY * REACH * SCALE. MOMENT and TIME are the
- * internal units of inertia and time, BEGIN the initial time, NUMBERS the number of rows. */
+/* The rows of batch_queue.in, which has a column for each top: 3 rows from INERTIA, 4 from
+ * ATTITUDE, 3 from MOMENTUM, 8 from AXES (kr_body.axes, kr_working.axes), one for each name from
+ * MASS to BEGIN (initial time). MASS * GRAVITY * REACH (body_data) * SCALE is the internal lever.
+ * MOMENT and TIME are internal units, SCALE a power of two. NUMBERS is the number of rows. */
 enum { INERTIA = 0, ATTITUDE = 3, MOMENTUM = 7, AXES = 10 };
 enum { MASS = 18, GRAVITY, REACH, SCALE, MOMENT, TIME, BEGIN, NUMBERS };
 /* A queue collects tops until their closed-form solutions can be computed together. */
@@ -99,14 +99,13 @@ static void set_gravity_data(const kr_scene *scene, body_data *known)
 }
 static double larger(double a, double b) { return a > b ? a : b; }
 
-/* Returns 1 if the polynomial
+/* Returns 1 if the root with the largest g u of the cubic polynomial
  *     (du/dt)^2 = (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0,
- * is at most 0 at its point of inflection. Then the root with the largest g u is farther from the
- * other two than these are from each other. a is the symmetry axis, u = a.e3 its height, u0 the
- * initial height, W the initial momentum over the equatorial moment I1, and g = 2 lever / I1. Tops
- * with equal results share a queue, so that most vectors compute one branch of find_turning_heights
- * (lagrange.h). A wrong result, by rounding errors, costs only time. `q` is the initial attitude;
- * `lever` is in internal units; `m` is the initial momentum times the internal unit of time. */
+ * is the isolated one (its value at the point of inflection is at most 0). For a, u, u0, W and g,
+ * see lagrange.h; here, g may be negative, and the unit of time is the internal one: so `m` is the
+ * initial momentum times this unit, and `lever` is in internal units. `q` is the initial attitude.
+ * Tops with equal results share a queue, so that most vectors compute one branch of
+ * find_turning_heights. A wrong result, by rounding errors, costs only time. */
 static int is_largest_root_isolated(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
@@ -128,8 +127,8 @@ static int add_top_to_queue(batch_queue queues[2], const kr_scene *scene, size_t
     int unit;
     if (!kr_find_time_unit(&known->swing, most, &unit)) return 0;
     const int power = known->power + known->gravity_power + 2 * unit;
-    /* `scale` and `time` must lie between 2^-1000 and 2^1000, to avoid overflow and underflow.
-     * `scale` is below about 8: |scale * lever| is at most about 1, |lever| at least about 1/8. */
+    /* `scale` and `time` must lie between 2^-1000 and 2^1000. `scale` is at most about 8, because
+     * |scale * lever| <= about 1, and |lever| (a product of three fractions) >= about 1/8. */
     if (power < -1000 || unit < -1000 || unit > 1000) return 0;
     const double gravity = known->gravity_fraction, scale = power_of_2(power),
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
@@ -189,9 +188,9 @@ INLINE exact_top convert_group_to_internal(group w)
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
-/* Returns a mask of the tops with |lever| above LEAST_LEVER (kernel.h) for which half the tilt from
- * the vertical or the horizontal momentum (in internal units) exceeds 1e-10. The other tops are
- * computed one by one: some are torque-free, and some have no closed form. */
+/* Returns a mask of the tops that vectors can compute: |lever| is above LEAST_LEVER (kernel.h), and
+ * the horizontal momentum [internal units] or half the tilt [rad] exceeds 1e-10. The others
+ * (torque-free or nearly vertical; some have no closed form) are computed one by one. */
 INLINE mask has_heavy_moving_axis(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);

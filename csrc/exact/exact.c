@@ -148,10 +148,10 @@ void kr_exact_run(const kr_exact_request *request)
 
 /* The method `exact`: closed forms of Lagrange tops (Klein and Sommerfeld, Theorie des Kreisels),
  * free bodies (Jacobi 1849), Kowalewski tops (Kowalevski 1889, Koetter 1893), Goryachev-Chaplygin
- * tops (Chaplygin 1901, except for the rotation about the vertical) and free gyrostats (Volterra
- * 1899). Each step extends to the next requested time, however late. The error does not grow with
- * time, and all integrals of motion are conserved. If no time is requested, the default step size
- * is kr_exact_info.period or, if this is infinite, the internal unit of time (method.h). */
+ * tops (Chaplygin 1901; the heading is computed by quadrature) and free gyrostats (Volterra 1899).
+ * Each step extends to the next requested time, however late. Errors grow only in slow terms
+ * (kr_slow_term), and integrals of motion are conserved. If no time is requested, the step size is
+ * kr_exact_info.period or, if this is infinite, the internal unit of time (method.h). */
 /* The array motion->work (kr_motion in method.h) contains the period, the plan (exact.h) of the
  * motion, and memory for the set-up of a new plan. motion->aux is the kr_exact_isa of the plan. */
 static size_t count_plan_and_memory_doubles(const kr_exact_isa form[])

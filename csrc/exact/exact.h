@@ -45,9 +45,9 @@ typedef struct kr_exact_scalar {
     size_t (*used_size)(const void *plan);
     /* Returns 1 if the closed form applies to a valid scene of its kind. NULL: it always does. */
     int (*suits)(const kr_scene *scene);
-    /* Writes the plan to the beginning of `memory`, and sets the members of `info` that apply to
-     * this type, except `kind` and `used`. If `own` is nonzero, the plan is in internal axes and
-     * units (method.h), otherwise in the user's. For `bound`, see kr_exact_plan (kreisel.h). */
+    /* Writes the plan to the start of `memory`, and those members of `info` that this form has,
+     * except `kind` and `used`. If `own`, the plan is in internal axes and units (method.h), else
+     * in the user's. `bound`, angles of `state_at`: kr_exact_plan, kr_exact_state_at. */
     kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory,
                       kr_exact_info *info);
     kr_state (*state)(const void *plan, double t);
@@ -111,7 +111,7 @@ kr_exact_evaluate kr_exact_evaluate_base, kr_exact_evaluate_avx2, kr_exact_evalu
     kr_kowalewski_evaluate_base, kr_kowalewski_evaluate_avx2, kr_kowalewski_evaluate_avx512,
     kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2, kr_chaplygin_evaluate_avx512,
     kr_gyrostat_evaluate_base, kr_gyrostat_evaluate_avx2, kr_gyrostat_evaluate_avx512;
-/* Returns the number of doubles that the method `exact` needs in addition to kr_method.work for any
- * top or, if `with_torus` is 0, for any top with a kr_exact_form. */
+/* Returns the largest number of doubles that the method `exact` needs for a top, in addition to
+ * kr_method.work. If `with_torus` is 0, only tops with a kr_exact_form are considered. */
 size_t kr_exact_extra_doubles(int with_torus);
 #endif

@@ -134,9 +134,9 @@ static double find_frequency_square(const gyrostat *top, kr_vec3 equilibrium)
            v_dot(w, v_add(w, am)) - v_dot(w, equilibrium) * (a.x + a.y + a.z);
 }
 static kr_vec3 get_axis_candidate(int d) { return v3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1); }
-/* Sets a, and the members of `top` that depend on a. a is the unit vector along the candidate d
- * (get_axis_candidate) with the largest least_component[d]: the minimum over a period of the
- * component of m along this candidate. */
+/* Sets the unit vector a, and the members of `top` that depend on it. least_component[d] is the
+ * minimum over a period of the component of m along the candidate d (get_axis_candidate). The
+ * direction of a is the candidate with the largest minimum. */
 static void set_best_axis(gyrostat *top, const double least_component[DIRECTIONS])
 {
     int best = 0;
@@ -154,10 +154,10 @@ static void set_best_axis(gyrostat *top, const double least_component[DIRECTIONS
                                                  dd_mul(top->rest[i], arm)));
     }
 }
-/* Sets a and, in double precision, the period T. If m is near an equilibrium, T is the period of
- * small oscillations. Otherwise, T is the time until m returns to its initial value m0, computed as
- * a zero of (m - m0).m0' with the initial rate m0'. Returns 0 if this takes more than MOST_STEPS
- * steps of the Taylor series, as near separatrices, else 1. */
+/* Sets the vector a and, in double precision, the period T. If m is near an equilibrium, T is the
+ * period of small oscillations. Otherwise, T is the time until m returns to its initial value m0: a
+ * zero of the component of m - m0 along the initial rate of m. Returns 1, or 0 if m does not return
+ * within MOST_STEPS steps of the Taylor series, as near separatrices. */
 static int find_axis_and_period(gyrostat *top, gyrostat_series *s)
 {
     const kr_vec3 start = v_round(top->start), along = find_momentum_rate(top, start);
@@ -305,8 +305,8 @@ static double set_log_norm_and_bound_range(gyrostat_memory *memory)
     }
     return 4.0 * total;
 }
-/* Writes samples of X and Y (opening comment) to memory->sample. The axes of (w, x, y, z), of which
- * the third is a, are the principal axes rotated by `tilt`. */
+/* Writes samples of X and Y (opening comment) to memory->sample. `tilt` rotates the principal axes
+ * to the axes in which R S has the components (w, x, y, z); the third of these axes is a. */
 static void set_spinor_samples(gyrostat_memory *memory, kr_quat tilt)
 {
     for (int k = 0; k < SAMPLES; k++) {

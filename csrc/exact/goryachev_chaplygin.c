@@ -68,8 +68,8 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
         const double far = (o->pair ? root[2].hi : 0.5 * dd_sub(root[2], root[1]).hi) / root[0].hi;
         gap[j] = o->pair ? -far * far : far * far;
     }
-    /* gap[0] and gap[1], squared distances of roots of p+ and of p-, have errors of about 1e-31.
-     * The limit for gap[1] is larger, because the frequencies depend on log |gap[1]|. */
+    /* gap[j] is negative if the two roots are complex, and has an error of about 1e-31. The limit
+     * for gap[1] is larger, because the frequencies depend on log |gap[1]|. */
     if (!(gap[0] > 1e-20)) return gap[0] > -1e-20 ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
     if (!(fabs(gap[1]) > 1e-15)) return KR_REFUSAL_SEPARATRIX;
     o->real = sort_real_roots(o->root, CURVE_ROOTS, o->pair ? 4 : CURVE_ROOTS, o->order);
@@ -78,8 +78,8 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
 /* Sets up the arc between the real roots o->order[low] and o->order[low + 1]: its members A, B, C,
- * a and b. C is chosen such that the complex angles x at which u equals the next real root below or
- * above the arc are as far from the real axis as possible. */
+ * a and b. For fast convergence of series in x, C keeps the complex x at which u is one of the two
+ * neighbouring real roots, in cyclic order, as far from the real axis as possible. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
@@ -299,9 +299,9 @@ static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
     return tail;
 }
 /* Fills the cells (kr_chaplygin_arc) of arc j in the plan. Doubles the number of cells until the
- * last Chebyshev coefficients are below 4e-15; if they are below 1e-11, doubles it only once more.
- * Starts with the cell of the largest |u|, where the last coefficients are largest. Returns 0 if
- * this takes more than MOST_CELLS cells, or the last coefficients are not below 1e-13. */
+ * last Chebyshev coefficients are below 4e-15, or once more after they are below 1e-11. Begins each
+ * pass at the largest |u|, where they are largest, to abandon it early. Returns 0 if MOST_CELLS
+ * cells are too few, or the last coefficients are not below 1e-13. */
 static int make_cells(chaplygin_work *w, int j)
 {
     kr_chaplygin_plan *const plan = &w->plan;
@@ -337,9 +337,9 @@ static void sample_second_arc(chaplygin_work *w, int n)
         }
     }
 }
-/* Writes the growth of psi from a section to the next one to growth[i], where alpha2 is 2 pi i/n on
- * the section. Returns the largest magnitude of the Legendre coefficient of degree 7 of the
- * integrand. The error of the quadrature is about the square of this magnitude. */
+/* Writes to growth[i] the change of psi [rad] until the next section, if alpha2 is 2 pi i/n on this
+ * one. Returns an error estimate: the largest magnitude, over all i, of the Legendre coefficient of
+ * degree 7 of the integrand. The error of the quadrature is about the square of this magnitude. */
 static double find_heading_growth(const chaplygin_work *w, int section, int n, double growth[])
 {
     const kr_chaplygin_plan *const plan = &w->plan;
@@ -407,9 +407,9 @@ static int append_slow_term(kr_chaplygin_plan *plan, dd rho, int k, double miss,
     sincos_turns(dd_half(step), &e->sine, &unused);
     return 1;
 }
-/* On each section, replaces the coefficients of the change of psi until the next section (complex
- * conjugates of G_k) by the coefficients of psi (complex conjugates of B_k), for n/2 terms.
- * `half_alpha2` is half of alpha2 [turns] at alpha1 = pi. Returns 0 if too many terms are slow. */
+/* Replaces the change of psi from each section to the next by psi on the section. Both are Fourier
+ * series with n/2 terms: complex conjugates of G_k are replaced by those of B_k. On this motion,
+ * half of alpha2 is `half_alpha2` turns at alpha1 = pi. Returns 0 if too many terms are slow. */
 static int convert_changes_to_series(kr_chaplygin_plan *plan, dd rho, int n, dd half_alpha2)
 {
     plan->slow_terms = 0;
@@ -449,10 +449,10 @@ static void drop_small_terms(kr_chaplygin_plan *plan, int n)
     for (int j = 0; j < rows; j++)
         memmove(from + j * plan->terms, from + j * (n / 2), sizeof(double) * (size_t)plan->terms);
 }
-/* Computes the Fourier series of psi on the sections. `half_alpha2` is half of alpha2 [turns] at
- * alpha1 = pi. Doubles the number of sections until the error of the quadrature is negligible, and
- * then the number n of samples on a section until the last coefficients are negligible. Returns 0
- * if the plan has too little room for coefficients or slow terms. */
+/* Computes the Fourier series of psi on the sections. On this motion, half of alpha2 is
+ * `half_alpha2` turns at alpha1 = pi. Doubles the number of sections until the error of the
+ * quadrature is negligible, then the number n of samples on a section until the last coefficients
+ * are. Returns 0 if there is too little room, or the last coefficients are not below 1e-14. */
 static int fit_heading_series(chaplygin_work *w, dd rho, dd half_alpha2)
 {
     kr_chaplygin_plan *const plan = &w->plan;

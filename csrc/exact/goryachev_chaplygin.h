@@ -44,9 +44,9 @@ typedef struct kr_chaplygin_arc {
      * of two odd functions of alpha: (x - alpha)/2 [turns], then the periodic part of t. */
     int cells, first; /* `cells` is a power of two; index of the first coefficient */
 } kr_chaplygin_arc;
-/* A slow (nearly resonant) term of the Fourier series of psi. This term makes the series jump where
- * alpha1 is (2n + 1) pi, with an integer n. When alpha1 passes this angle, the opposite jump
- * value * sin(2 pi (phase + n * step)) is added to psi, so that psi is continuous. */
+/* A slow term of the Fourier series of psi: step + step_more is near 0. This term makes the series
+ * jump where alpha1 is (2n + 1) pi, with an integer n. When alpha1 passes this angle, the opposite
+ * jump value * sin(2 pi (phase + n * step)) [rad] is added to psi, so that psi is continuous. */
 typedef struct kr_slow_term {
     double value, phase;    /* phase [turns] */
     double step, step_more; /* [turns] */
@@ -56,11 +56,11 @@ typedef struct kr_chaplygin_plan {
     kr_torus torus;
     kr_chaplygin_arc arc[2];
     double mean; /* mean of |m| over tau */
-    /* The slip is the periodic part of tau: tau minus t / mean. |slip| <= most_slip. `rounding` is
-     * the rounding error of the slip. After a step of Newton's method (find_true_angles) below
-     * `tolerance`, the remaining error is below `rounding`. */
+    /* The slip is the periodic part of tau: tau minus t / mean. |slip| <= most_slip. An error of
+     * the slip below `rounding` changes torus angles by less than 2^-53 rad. After a Newton step
+     * (find_true_angles) below `tolerance`, the error of the slip is below `rounding`. */
     double most_slip, rounding, tolerance;
-    /* The value of psi/2 where the series for psi is zero, in turns, as the sum of two doubles. */
+    /* heading_start + heading_more: the constant of psi/2 [turns] that find_heading leaves out. */
     double heading_start, heading_more;
     int is_psi_odd; /* 1 if psi changes sign, 0 if it is unchanged, when both angles change sign */
     int is_whole;   /* 1 if the multiples of alpha2 in psi are integers, 0 if they are half-odd */
@@ -96,9 +96,9 @@ INLINE cell_place find_cell(const kr_chaplygin_plan *plan, int j, dd half_alpha)
         r.row[lane] = plan->term + arc->first + 2 * CELL_TERMS * (int)at[lane];
     return r;
 }
-/* Writes (x - alpha)/2 [turns] if `which` is 0, or the periodic part of t if `which` is 1, at the
- * place p[j] on arc j to out[j], for `arcs` arcs. Even and odd terms have separate recurrences
- * (Clenshaw): T_{2k}(y) = T_k(z) and T_{2k+1}(y) = y (U_k(z) - U_{k-1}(z)), z = T_2(y). */
+/* Writes to out[j], for j < `arcs`, a series of the arc of the place p[j]: (x - alpha)/2 [turns] if
+ * `which` is 0, the periodic part of t if it is 1. Even and odd terms have separate recurrences
+ * (Clenshaw): with z = T_2(y), T_{2k}(y) = T_k(z), T_{2k+1}(y) = y (U_k(z) - U_{k-1}(z)). */
 INLINE void evaluate_cell_series(const cell_place p[], int arcs, int which, wide out[])
 {
     const int first = which * CELL_TERMS;
@@ -169,9 +169,9 @@ INLINE void find_chaplygin_points(const kr_chaplygin_plan *plan, int from, int t
     for (int j = 0; j < arcs; j++) sincos_turns(phase_plus(half[j], turns[j]), &s[j], &c[j]);
     for (int j = 0; j < arcs; j++) out[j] = find_chaplygin_point(&plan->arc[from + j], s[j], c[j]);
 }
-/* Writes half of each torus angle, given half of each mean angle [turns]. The slip
- * (kr_chaplygin_plan) is the root of a function with the derivative |m|. Because log |m| changes by
- * at most one in a unit of tau, the error after a short Newton step d is at most about d^2/2.
+/* Writes half of each torus angle, given half of each mean angle [turns]. The slip is the root of
+ * f(slip) = mean * slip + (sum of the periodic parts of t), with f' = |m|. Because log |m| changes
+ * by at most one in a unit of tau, the error after a short Newton step d is at most about d^2/2.
  * Bisection replaces Newton steps that leave an interval which contains the root. It also replaces
  * Newton steps longer than half of the previous step, because these could alternate forever. */
 INLINE void find_true_angles(const kr_chaplygin_plan *plan, const dd mean[2], dd half[2])
@@ -286,8 +286,8 @@ INLINE wide sum_slow_heading_terms(const kr_chaplygin_plan *plan, wide turns)
     }
     return sum;
 }
-/* Returns psi [rad], up to a constant. The torus angles are 2 half[0] + `turns` and 2 half[1], in
- * turns, where `turns` is a whole number. */
+/* Returns psi [rad], up to a constant, at the torus angles 2 half[0] + `turns` and 2 half[1], in
+ * turns. `turns` is even: it changes only the sum of the slow terms, and not the sign of psi. */
 INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide turns)
 {
     const wide turn = nearest(2.0 * half[0].hi), ahead = 2.0 * half[0].hi - turn,
@@ -307,8 +307,8 @@ INLINE wide find_heading(const kr_chaplygin_plan *plan, const dd half[2], wide t
     const wide sign = sign_from_mask(is_odd) * (plan->is_psi_odd ? side : wide_splat(1.0));
     return sign * value + sum_slow_heading_terms(plan, turns + turn);
 }
-/* Returns the state at `time` in the units of plan->torus. The mean angles are 2 mean[0] + `turns`
- * and 2 mean[1], in turns, where `turns` is a whole number. */
+/* Returns the state at the mean angles 2 mean[0] + `turns` and 2 mean[1], in turns, in the units of
+ * plan->torus. `turns` is even (find_heading). `time` is only copied to the result. */
 INLINE state_lanes chaplygin_state_at_phases(const kr_chaplygin_plan *plan, wide time,
                                              const dd mean[2], wide turns)
 {

@@ -95,8 +95,8 @@ INLINE void copy_selected_lanes(void *to, const void *from, size_t bytes, mask s
 }
 
 /* In internal units (method.h), the largest of momentum, rotor momentum and |lever| (exact_top) is
- * about one. A |lever| below LEAST_LEVER counts as zero: its effect is negligible until a phase has
- * grown by 2^50 turns. Momenta below LEAST_MOMENTUM count as zero: their squares underflow. */
+ * about one. |lever| < LEAST_LEVER counts as zero: it has no effect in the times permitted by
+ * is_span_computable. Momenta below LEAST_MOMENTUM count as zero: their squares underflow. */
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
 
@@ -143,8 +143,8 @@ static inline void set_up_down_map(kr_quat frame[4])
 {
     set_left_right_map(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
 }
-/* Replaces the linear map f in `frame` by q -> f(q) * conj(axes) or, if `is_set` is 0, by
- * q -> q * conj(axes). `axes` rotates from the internal axes to the frame of description. */
+/* Replaces the linear map f in `frame` (the identity, if `is_set` is 0) by q -> f(q) * conj(axes).
+ * `axes` rotates from the internal axes to the frame of description (kreisel.h). */
 static inline void multiply_map_by_inverse_axes(kr_quat frame[4], int is_set, kr_quat axes)
 {
     if (!is_set) set_left_right_map(frame, q_one(), q_one());
@@ -158,9 +158,9 @@ INLINE wide nearest(wide x)
     return (x + shift) - shift;
 }
 /* Returns the value of a phase [turns] at the time t after the initial time, minus a whole number
- * of turns. The high word is between 0 and 2. two_sum_ordered is exact, because its first argument
- * is at least 1/2 (set_initial_phase), and |second argument| <= 1/2. The result is not a normalized
- * double-double: if the phase has changed by nearly 2^50 turns, the low word may be 1/4. */
+ * of turns. The high word is between 0 and 2. two_sum_ordered is exact: f->start is at least 1/2
+ * (set_initial_phase) or t is 0, and |second argument| <= 1/2. The result is not normalized: if the
+ * phase has changed by nearly 2^50 turns, the low word may be as large as 1/4. */
 INLINE dd evaluate_phase(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
@@ -251,10 +251,10 @@ typedef struct factors {
     dd first, second;
 } factors;
 
-/* Evaluates the theta series at the time t after the initial time. If `dual` is nonzero, sinh and
- * cosh replace the sine and cosine, and Jacobi's transformation adds e->slope[0] z turns to the
- * phase of alpha and e->slope[1] z turns to the phase of beta, where z is the phase of the nutation
- * in half turns, minus the nearest integer. */
+/* Evaluates the theta series at the time t after the initial time. Let z be the phase of the
+ * nutation in half turns, minus the nearest integer. If `dual` is nonzero, sinh and cosh of -z
+ * e->stretch replace the sine and cosine, and Jacobi's transformation adds z * e->slope[0] turns to
+ * the phase of alpha, and z * e->slope[1] turns to the phase of beta. */
 INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = evaluate_phase(&e->nutation, t);
@@ -263,7 +263,7 @@ INLINE factors evaluate_theta_series(const exact_lanes *e, int dual, int euler, 
     f.first = evaluate_phase(&e->first, t);
     f.second = evaluate_phase(&e->second, t);
     if (dual) {
-        /* x is the phase of the nutation in turns. Since |x| < 2^50, u = x + shift is a multiple of
+        /* x is the phase of the nutation in turns, about 0 to 2. u = x + shift is a multiple of
          * 1/2. Its lowest bit is 1 if the number of half turns nearest to x is odd. |y| <= 1/4. */
         const double shift = 3377699720527872.0;
         const wide u = (x.hi + x.lo) + shift, near = x.hi - (u - shift), y = near + x.lo;
@@ -333,8 +333,8 @@ INLINE mask is_span_computable(const exact_lanes *e, wide span)
                     mask_and(wide_less(wide_abs(span * e->first.fast), most),
                              wide_less(wide_abs(span * e->second.fast), most)));
 }
-/* Writes the real and imaginary parts of alpha, beta and m_x + i m_y at the time `span` after the
- * initial time. Leaves out their common denominator, the factor e->momentum of m_x + i m_y, and the
+/* For the set-up: writes the real and imaginary parts of alpha, beta and m_x + i m_y at the time
+ * `span` after the initial time, without the common denominator, the factor e->momentum and the
  * linear map e->frame. All lanes have the same kind of theta series (`dual`, `euler`). */
 static inline void evaluate_alpha_beta_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                                wide out[6])
@@ -478,10 +478,10 @@ static inline wide sign_of(wide x)
 }
 
 /* Sets the nutation period and the mean rates of precession and spin, from the rates nu, `first`
- * and `second` [rad per unit of time] of the phases of nutation, alpha and beta. While X grows by
- * 2 pi, theta1(X + i y1) and theta2(X + i y2) wind once about zero in the complex plane. This adds
- * nu times the sign of exact->slope[0] or [1] to the mean rate of arg alpha or arg beta. The slope
- * is 0 if y1 or y2 is 0: then the function has real zeros. theta4 (`euler`) does not wind. */
+ * and `second` [rad per unit of time] of the phases of nutation, alpha and beta. While X grows by 2
+ * pi, theta1(X + i y1) and theta2(X + i y2) circle zero once, clockwise for y > 0. So the mean rate
+ * of arg alpha or arg beta gains nu times the sign of -y: the sign of exact->slope[0] or [1]. It is
+ * 0 for y = 0, where the function has real zeros. theta4 (`euler`) does not circle zero. */
 static inline void set_period_and_mean_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),

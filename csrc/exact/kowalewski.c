@@ -307,8 +307,8 @@ static double choose_landen_transformations(kowalewski_arc *arc)
     arc->folds = folds;
     return best;
 }
-/* Sets the coefficients and the Landen transformations of an arc for fast convergence of averages.
- * `scale` is best if all branch points are real. If e1 is complex, another scale is tried, too. */
+/* Sets the coefficients and the Landen transformations of an arc. If all branch points are real,
+ * `scale` gives the fastest convergence. If e1 is complex, takes the better one of two scales. */
 static void choose_arc_scale(kowalewski_arc *arc, dd scale)
 {
     set_arc_coefficients(arc, scale);
@@ -343,8 +343,8 @@ static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
     choose_arc_scale(
         &arc[1], dd_sqrt(dd_mul(subtract_roots(o, above, least), subtract_roots(o, high, least))));
 }
-/* Replaces the sine and cosine of y by those of x, and returns dx/dy. The code exchanges values
- * instead of pointers to avoid an optimizer error in gcc 12.2 at -O1. */
+/* Replaces the sine and cosine of y by those of x, and returns dx/dy. dd_choose copies values:
+ * pointers to *s and *c instead run into an optimizer error of gcc 12.2 at -O1. */
 static dd invert_landen_transformations(const kowalewski_arc *arc, dd *s, dd *c)
 {
     dd slope = dd_of(1.0);
@@ -408,10 +408,10 @@ static dd subtract_pole_from_root(const kowalewski_curve *o, int i, dd w)
     return dd_div(dd_half(dd_square(o->l)), dd_mul(other, sum));
 }
 /* Sets the poles w = sqrt(-c) and -sqrt(-c) of l w/(w^2 + c) dw/F, the integrand of the heading. If
- * l is small, they are close to the arcs. A real pole u next to an arc adds |l| D^2 R/(2 (N - u D))
- * dx, where N - u D = a sin^2 + b cos^2 of x/2. sample_integrands subtracts sqrt(a b)/(2 (N - u D))
- * dx, which has the same residue. The integral of the subtracted term is the argument of
- * sqrt(b) cos(x/2) + i sqrt(a) sin(x/2), which evaluate_frame (kowalewski.h) adds. */
+ * l is small, they are close to the arcs. For l > 0, a real pole u next to an arc contributes
+ * l D^2 R dx/(2 (N - u D)), where N - u D = a sin^2 + b cos^2 of x/2. From this, sample_integrands
+ * subtracts sqrt(a b) dx/(2 (N - u D)), which has the same residue, and whose integral is the
+ * argument of sqrt(b) cos(x/2) + i sqrt(a) sin(x/2). evaluate_frame adds this argument. */
 static void set_heading_poles(kowalewski_arc *arc)
 {
     const kowalewski_curve *o = arc->curve;
@@ -677,8 +677,8 @@ static double estimate_frequency_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the least distance of two branch points, measured by close_roots.resolution if
- * close_roots.apply is 1, and by find_root_distance otherwise. */
+/* Returns the least find_root_distance of two branch points. Where close_roots.apply is 1, the
+ * difference is accurate, and close_roots.resolution counts instead of the distance. */
 static double find_least_root_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
@@ -802,8 +802,8 @@ static double find_koetter_signs(kr_kowalewski_plan *plan, const start_point poi
     memcpy(plan->sign, sign, sizeof sign);
     return best;
 }
-/* Sets the members of `w` for the initial state `start` = (p, q, r, g1, g2, g3), but of w->plan
- * only arcs, Koetter's constants and signs. Returns the reason for failure, or KR_REFUSAL_NONE. */
+/* Sets `w`, given the initial state `start` = (p, q, r, g1, g2, g3). In w->plan, only the arcs,
+ * Koetter's constants and the signs are set. Returns KR_REFUSAL_NONE or why there is no plan. */
 static kr_refusal find_arcs_series_and_signs(const dd start[6], dd l, kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;
@@ -882,9 +882,9 @@ static double dot_sign_table_quaternions(const signed char a[4], const signed ch
     for (int i = 0; i < 4; i++) dot += a[i] * b[i];
     return dot / (127.0 * 127.0);
 }
-/* Fills the table of signs for n * n pairs (y1, y2). Each quaternion has a positive scalar product
- * with a neighbour before it. Sets half_turns[0] to 1 if the sign changes when y1 grows by two
- * turns, half_turns[1] for y2. Returns the least product of neighbours apart from these changes. */
+/* Fills the table of signs for n * n pairs (y1, y2): each quaternion gets the sign of its
+ * predecessor in y2 or, for the first y2, in y1. Sets half_turns[j] to 1 if the sign changes when
+ * y_(j+1) grows by two turns. Returns the least scalar product of neighbours with equal signs. */
 static double fill_sign_table(kr_kowalewski_plan *plan, int n)
 {
     signed char *const node = (signed char *)(plan->harmonic + plan->terms);
@@ -916,7 +916,7 @@ static double fill_sign_table(kr_kowalewski_plan *plan, int n)
     return least;
 }
 /* Fills the members of the plan that find_arcs_series_and_signs does not set, except the initial
- * phase of the heading. Returns the last result of fill_sign_table. If this result exceeds 1/4,
+ * phase of the heading. Returns fill_sign_table for the final size of the table. Above 1/4,
  * find_quaternion_sign finds the right sign in every state of the motion. */
 static double fill_rest_and_find_sign_margin(kowalewski_work *w)
 {

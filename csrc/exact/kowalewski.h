@@ -44,22 +44,22 @@ typedef struct kr_kowalewski_arc {
     /* For complex e1, way * (N - e1 D) = half * (center[0] - cos x) - center[1] + i im D. */
     double half, center[2], im;
     /* For the poles w = sqrt(-c) and -sqrt(-c) of dpsi/dw, N - w D = both_a sin^2 + both_b cos^2 of
-     * x/2. For the poles next to the arc, `poles` in number, pole_a is sqrt(|both_a|) with the sign
-     * of l, and pole_b is sqrt(|both_b|). */
+     * x/2. pole_a = sqrt(|both_a|) with the sign of l, and pole_b = sqrt(|both_b|), have only
+     * `poles` entries: one for each of these two poles that is next to the arc. */
     double pole_a[2], pole_b[2], both_a[2], both_b[2];
     int poles, low, high, folds; /* low, high: the branch points at x = pi and x = 0 */
     kr_fold fold[FOLDS];         /* from x to y */
 } kr_kowalewski_arc;
-/* The coefficients of sin(k y1) and sin(k y2) for one k: `angle` in S_11, S_12, S_21, S_22 [rad],
- * `heading` in the two sine series of psi/2 [turns]. heading[2] and heading[3] are zero. */
+/* The coefficients of sin(n y1) and sin(n y2) for one n: `angle` in S_11, S_12, S_21, S_22 [rad],
+ * heading[0] and heading[1] in the sine series of psi/2 in y1 and in y2 [turns]; the rest is 0. */
 typedef struct kr_harmonic {
     double angle[4], heading[4];
 } kr_harmonic;
 typedef struct kr_kowalewski_plan {
     kr_torus torus; /* its phases are theta1/2, theta2/2 and half of the heading */
     double l, c, k;
-    /* Koetter's constants of a root e of phi: A^2 = 2 (e + h), B^2 = e^2 + c, A B = l. Arrays hold
-     * values for e1 and e2 or, for complex e1, real and imaginary parts. A0 and B0 are for e0. */
+    /* Koetter's constants of a root e of phi: A^2 = 2 (e + h), B^2 = e^2 + c, A B = l (not A and B
+     * of an arc). A[0], A[1]: at e1, e2; if e1 is complex, Re A, Im A at e1. A0: at e0. B alike. */
     double A[2], B[2], A0, B0;
     double A_square[2], B_square[2];
     double sum, apart, middle;     /* e1 + e2, e1 - e2 (or 2 Im e1), e0 - sum/2 */
@@ -299,7 +299,7 @@ INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const ar
     *inverse_after = invert_jacobian_after_step(&series, -step[0], -step[1]);
     return size;
 }
-/* Sets the angles y to theta [turns] + d [rad] after d has decreased by `step`. In the lanes of
+/* Sets the angles y, which are theta [turns] + d + step [rad], to theta + d. In the lanes of
  * `are_small`, with steps below SMALL_STEP, Taylor polynomials update sine and cosine of y. */
 INLINE void update_arc_angles(const dd theta[2], const wide d[2], const wide step[2],
                               mask are_small, arc_angle y[2])
@@ -514,9 +514,9 @@ INLINE half_angle convert_y_to_half_x(const kr_kowalewski_arc *arc, const arc_an
     r.cosine = c;
     return r;
 }
-/* N, D and square roots at a point of an arc: g0, g.one and g.two are those of way * (N - e D)
- * (kr_kowalewski_arc) for e0, e1 and e2, d^2 = D, minus^2 = |k D - N|, plus^2 = |k D + N|, and
- * h = minus * plus. Roots that are zero at an end of the arc change sign there. `rate` is dx/dt. */
+/* N, D and square roots at a point of an arc: of way * (N - e D) at e0 (g0), e1 and e2 (pair g), of
+ * D (d), |k D - N| (minus) and |k D + N| (plus). h = minus * plus is not the energy. Roots that
+ * are zero at an end of the arc change sign there. The argument `rate` of functions is dx/dt. */
 typedef struct arc_point {
     dual N, D, d, g0, h, minus, plus;
     pair g;
@@ -570,8 +570,8 @@ INLINE arc_point find_arc_point(const kr_kowalewski_arc *arc, int complex, half_
         r.g.two = find_real_factor_root(arc, 2, x, rate);
     return r;
 }
-/* Returns R, where |dw/F| = D R dx. R is `scale` divided by the product of all square roots of
- * arc_point that are not zero at an end of the arc (without h = minus * plus). */
+/* Returns R, where |dw/F| = D R dx. R is `scale` divided by those of d, g0, g at e1, g at e2, minus
+ * and plus (arc_point) that are not zero at an end of the arc. */
 INLINE wide find_differential_factor(const kr_kowalewski_arc *arc, int complex, const arc_point *at)
 {
     wide product = arc->low == AT_INFINITY ? wide_splat(1.0) : at->d.v;
@@ -601,8 +601,8 @@ typedef struct koetter_terms {
     pair F, square;
     double F0, slope;
 } koetter_terms;
-/* Products in Koetter's formulas (symbols: evaluate_koetter_formulas). At e_i, with i = 1 or 2 and
- * j = 3 - i, G = s_i g_i g_i', U = g_i^2, W = g_i'^2, X = s_j g_i g_j', Y = s_j g_i' g_j, and
+/* Products in evaluate_koetter_formulas, where primes and Dl are defined. At e_i (i = 1 or 2, and
+ * j = 3 - i), G = s_i g_i g_i', U = g_i^2, W = g_i'^2, X = s_j g_i g_j', Y = s_j g_i' g_j and
  * V = x X - y Y, where x = s_0 s_3 h d' g_0' and y = s_0 s_4 h' d g_0. G0, V0: G and V at e0. */
 typedef struct koetter_products {
     pair G, U, W, X, Y;
@@ -625,7 +625,7 @@ INLINE dual find_second_difference_of_FG(const kr_kowalewski_plan *plan, int com
                                   pair_sum(complex, f));
 }
 /* Returns the divided difference (F V)[e0, e1, e2], with F of koetter_terms (not F(w)) and V of
- * koetter_products, and sets `size` to |x (F X)[e1, e2]| + |y (F Y)[e1, e2]|. */
+ * koetter_products. `size` shows cancellation: |x (F X)[e1, e2]| + |y (F Y)[e1, e2]|. */
 INLINE dual find_second_difference_of_FV(const kr_kowalewski_plan *plan, int complex,
                                          const koetter_terms *t, const koetter_products *k,
                                          wide *size)
@@ -651,13 +651,10 @@ INLINE dual find_w_difference_numerator(const arc_point *one, const arc_point *t
     return dual_add(dual_mul(dual_mul(one->g0, one->g0), two->D),
                     dual_mul(dual_mul(two->g0, two->g0), one->D));
 }
-/* Returns p, q, r and g3 by Koetter's formulas (Acta Math. 17 (1893) 209). N, D, d, h and g (of
- * arc_point) belong to the point `one` of the first arc, and N', D', d', h' and g' to the point
- * `two` of the second. For the root e_i of phi, g_i is g0, g.one or g.two. A and B are Koetter's
- * constants (plan), f[] is the divided difference f[e0, e1, e2], and s = plan->sign.
- *     a = (A G)[],  p = -(B G)[]/a,  q = -d d'/a,  G_i = s_i g_i g_i',
- *     r = sqrt2 (A V)[]/(a Dl),  g3 = sqrt2 (B V)[]/(a Dl),  Dl = N D' - N' D,
- *     V_i = s_j s_n (s_3 h d' g_i g_j' g_n' - s_4 h' d g_i' g_j g_n)  for different i, j and n. */
+/* Evaluates Koetter's formulas (Acta Math. 17 (1893) 209). N, D, d, h and g (all of arc_point)
+ * belong to the point `one` of the first arc, and N', D', d', h' and g' (no derivatives) to `two`
+ * of the second. For the root e_i of phi, g_i is g0, g.one or g.two. A, B are Koetter's constants
+ * (plan), f[] is short for the divided difference f[e0, e1, e2], and s = plan->sign. */
 INLINE koetter_state evaluate_koetter_formulas(const kr_kowalewski_plan *plan, int complex,
                                                const arc_point *one, const arc_point *two)
 {
@@ -763,9 +760,9 @@ INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
     v.im = side * (u1 * F2 + u2 * F1);
     return v;
 }
-/* Returns the horizontal part of C' + (p, q, r) x C, the time derivative of C in the space frame.
- * This vector replaces C where C and B (find_vector_B) are nearly vertical. As complex numbers, the
- * horizontal part of C is rho exp(i psi), and the result is (rho' + i rho psi') exp(i psi). With a
+/* Returns the horizontal part of dC/dt + (p, q, r) x C, the derivative of C in the space frame.
+ * This vector replaces C where C and B (find_vector_B) are nearly vertical. Complex numbers denote
+ * horizontal space vectors: C is rho exp(i psi), and the result is its derivative by t. With a
  * of koetter_state, rho^2 = K1 K2/a^4, where K = N^2 + c D^2 on each arc. */
 INLINE heading_vector find_derivative_of_C(const kr_kowalewski_plan *plan, const koetter_state *s,
                                            const body_state *b, wide S, const arc_point *one,
@@ -951,8 +948,8 @@ INLINE quat_lanes convert_frame_to_quaternion(const frame_state *f)
 /* The smallest y in the table of signs [turns]. No y in the table is at an end of an arc. */
 static const double first_node = -0.99;
 /* Returns the sign (-1 or 1) of the scalar product of q and the nearest entry of the table of
- * signs, given y1 and y2 from -1 to 1 turn in `turns`. The table repeats itself every two turns. If
- * the nearest entry is before or after the table, adds -1 or 1 to wraps[0] (y1) or wraps[1]. */
+ * signs, given y1 and y2 from -1 to 1 turn in `turns`. If the nearest entry is before or after the
+ * table, uses that two turns away, and adds -1 or 1 to wraps[0] (y1) or wraps[1] (half_turns). */
 INLINE wide find_quaternion_sign(const kr_kowalewski_plan *plan, quat_lanes q, const wide turns[2],
                                  wide wraps[2])
 {

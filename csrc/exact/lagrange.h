@@ -1,24 +1,24 @@
 /* Set-up of the closed form of a Lagrange top (kernel.h). Let a be the symmetry axis, u = a.e3 its
- * height, u0 the initial height, U u the potential energy, m the angular momentum, I1 the equal
- * moments and W = m / I1. Then
- *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3,   g = 2 U / I1.
- * The elliptic functions have the moduli k and k', k^2 = (u2 - u1)/(u3 - u1) and
- * k'^2 = (u3 - u2)/(u3 - u1). The roots u1, u2 and u3 and the rates nu, k1 and k2 of kernel.h are
- * computed in double-double arithmetic. The moment of inertia about a affects only the spin, by a
- * constant rate that is added separately. */
+ * height, u0 the initial height, lever * u the potential energy, m the angular momentum, I1 the
+ * equal moments and W = m / I1. Then
+ *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),  u1 <= u <= u2 <= 1 <= u3,  g = 2 lever / I1.
+ * The elliptic functions have the moduli k and k', k^2 = (u2 - u1)/(u3 - u1) and k'^2 = (u3 -
+ * u2)/(u3 - u1). The roots u1, u2 and u3 and the rates nu, k1 and k2 of kernel.h are computed in
+ * double-double arithmetic. The moment of inertia about a affects only the spin, by a constant rate
+ * (lagrange_setup.half_spin). */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "kernel.h"
 
 enum theta { THETA1, THETA2, THETA3, THETA4 };
 
-/* Returns agm(1, kp), which is M = pi / 2K if kp = k'. For each of the n values p_0^2 = 1 - alpha^2
- * in `start`, writes the sum Q_0 + Q_1 + ... to `sum`, which gives the complete elliptic integral
- *     Pi(alpha^2, k) = pi / (4 M) (2 + alpha^2 / (1 - alpha^2) (Q_0 + Q_1 + ...))   (DLMF 19.8.6).
- * The iteration starts from the means a = 1 and g = kp, p = p_0 and Q = Q_0 = 1. A step replaces
- *     a by (a + g)/2,   g by sqrt(a g),   p by (p^2 + a g) / (2 p),   Q by Q e/2,
- * where e = (p^2 - a g) / (p^2 + a g), and roughly squares relative differences between a, g and p.
- * The first step that begins with differences below 1e-8 is followed by a last one in doubles. */
+/* Returns M = agm(1, kp), which is pi / (2 K) if kp = k'. For each of the n values p_0^2 = 1 -
+ * alpha^2 in `start`, writes the sum S = Q_0 + Q_1 + ... to `sum`. It gives the integral
+ *     Pi(alpha^2, k) = pi / (4 M) (2 + alpha^2 / (1 - alpha^2) S)   (DLMF 19.8.7).
+ * The iteration starts from means A = 1 and G = kp, p = p_0 and Q = Q_0 = 1. A step replaces
+ *     A by (A + G)/2,   G by sqrt(A G),   p by (p^2 + A G) / (2 p),   Q by Q e/2,
+ * where e = (p^2 - A G) / (p^2 + A G), and squares the differences between A, G and p, roughly.
+ * Once they are below 1e-8 (relative), two more steps suffice; the last is done in doubles. */
 static inline dd find_agm_and_sums(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
@@ -64,9 +64,9 @@ static inline wide elliptic_agm(wide a, wide b)
     }
     return 0.5 * (a + b);
 }
-/* Returns T = numerator / agm(1, k), given k_square = k^2. For a Lagrange top, the numerator is
- * agm(1, k'), and T = K'/K. For a torque-free body, both are twice as large. If T < 1, the dual
- * series will be used: sets exact->stretch + exact->stretch_rest, a double-double, to pi / T. */
+/* Returns T = numerator / agm(1, k), given k_square = k^2; the nome is exp(-pi T). For a Lagrange
+ * top, the numerator is agm(1, k') and T = K'/K; for a torque-free body, it is 2 agm(1, k'). If T <
+ * 1 (dual series), also sets exact->stretch + stretch_rest, a double-double, to pi / T. */
 static inline wide find_period_ratio_and_stretch(exact_lanes *exact, dd numerator, dd k_square)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k_square.hi));
@@ -148,8 +148,8 @@ static inline dd refine_cubic_root(dd lead, const dd c[3], wide start)
     return x;
 }
 
-/* The functions sin(2j+1)x / sin x, cos(2j+1)x / cos x, cos 2jx and sin 2jx / (sin x cos x), in
- * this order, as polynomials in sin^2 x. Row j of each table holds the coefficients of the
+/* The functions sin((2j+1)x) / sin x, cos((2j+1)x) / cos x, cos(2jx) and sin(2jx) / (sin x cos x),
+ * one for each table, as polynomials in sin^2 x. Row j of a table holds the coefficients of the
  * polynomial for index j in ascending order. */
 static const double SIN_ODD[][KR_THETA_TERMS] = {{1}, {3, -4}, {5, -20, 16}, {7, -56, 112, -64}};
 static const double COS_ODD[][KR_THETA_TERMS] = {{1}, {1, -4}, {1, -12, 16}, {1, -24, 80, -64}};
@@ -172,11 +172,11 @@ static inline void sinhcosh_accurate(wide y, wide *s, wide *c)
     *c = e.even * even + e.odd * odd;
 }
 /* Returns the theta function `which` of x + i y for constant y, without the factor 2 nome^(1/4) of
- * theta1 and theta2. With the polynomials E (`even`) and O (`odd`) in sin^2 x, its real and
- * imaginary parts are
- *     E sin x, O cos x (theta1);   E cos x, O sin x (theta2);   E, O sin x cos x (theta3, theta4).
- * If `dual` is nonzero, the argument is y + i x instead of x + i y, sinh x, cosh x and -sinh^2 x
- * replace sin x, cos x and sin^2 x, and THETA1 denotes the function i theta1. */
+ * theta1 and theta2. With the polynomials E (`even`) and O (`odd`) in sin^2 x, it is
+ *     theta1: E sin x + i O cos x;             theta2: E cos x + i O sin x;
+ *     theta3 and theta4: E + i O sin x cos x.
+ * If `dual` is nonzero, it is the function of y + i x, times i for THETA1. Then sinh x, cosh x and
+ * -sinh^2 x replace sin x, cos x and sin^2 x in these expressions. */
 static inline theta_lanes make_theta_series(enum theta which, wide nome, wide y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;
@@ -268,11 +268,11 @@ static inline void recompute_smaller_factor(dd *a, dd *b, mask is_a_smaller, dd 
     *a = dd_choose(mask_and(is_a_smaller, known), smaller, *a);
     *b = dd_choose(mask_and(mask_not(is_a_smaller), known), smaller, *b);
 }
-/* Recomputes small distances, which suffer from cancellation, by division of products of distances
- * by the other factors. With the initial W, a and du/dt, the products are
+/* Recomputes distances that suffer from cancellation. With the initial W, a and du/dt, solves
  *     (W.e3 + W.a)^2 = g (1 + u1)(1 + u2)(1 + u3),   (W.e3 - W.a)^2 = g (1 - u1)(1 - u2)(u3 - 1),
- *     (du/dt)^2 = g (u0 - u1)(u2 - u0)(u3 - u0).
- * `about_initial` is nonzero if the distances come from find_roots_about_initial_height. */
+ *     (du/dt)^2 = g (u0 - u1)(u2 - u0)(u3 - u0):
+ * the first for 1 + u1. If `about_initial`, the second for the smaller of 1 - u2 and u3 - 1, else
+ * the third for the smaller of u0 - u1 and u2 - u0. Also sets plus2, plus3 and lower bounds. */
 static inline void recompute_small_distances(const initial *s, turning_points *r, int about_initial)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
@@ -292,7 +292,7 @@ static inline void recompute_small_distances(const initial *s, turning_points *r
     r->span = dd_max(r->span, level);
     r->g32 = dd_max(r->g32, dd_times(wide_splat(1e-150), r->g31));
 }
-/* Writes all distances to r, if u3 is the root farthest from the other two. `c` contains the
+/* Writes all distances to r. u3 must be the root farthest from the other two. `c` contains the
  * coefficients of (du/dt)^2 = c[0] + c[1] v + c[2] v^2 + g v^3, v = u - u0. This expansion keeps
  * small distances between u0, u1 and u2 accurate. `guess` is an approximation of g (u3 - u0). */
 static inline void find_roots_about_initial_height(const initial *s, const dd c[3], wide guess,
@@ -345,8 +345,8 @@ static inline void find_roots_about_pole(const initial *s, wide guess, turning_p
     r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
     recompute_small_distances(s, r, 0);
 }
-/* Returns the distances between the roots u1, u2 and u3, the initial height and the poles. The
- * polynomial (du/dt)^2 is expanded about u0 or u = 1, because two roots may coincide near these. */
+/* Returns the distances between roots, u0 and poles. (du/dt)^2 is expanded about u0 if u3 is the
+ * isolated root (u1 and u2 may coincide at u0), else about u = 1 (u2 and u3 may coincide there). */
 static turning_points find_turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
@@ -370,11 +370,11 @@ static turning_points find_turning_heights(const initial *s)
     copy_selected_lanes(&r, &some, sizeof r, top);
     return r;
 }
-/* Writes the rates nu, k1 and k2 [rad per unit of time], and returns agm(1, k'). If S denotes the
- * sum Q_0 + Q_1 + ... of find_agm_and_sums for the given p_0^2,
+/* Writes the rates nu, k1 and k2 [rad per unit of time], and returns agm(1, k'). Each formula
+ * contains the sum S = Q_0 + Q_1 + ... of find_agm_and_sums for the p_0^2 that stands beside it:
  *     k1 = (W.e3 + W.a) / (4 (1 + u3)) S,   p_0^2 = (1 + u3)/(u3 - u1),
  *     k2 = (W.e3 - W.a) / (4 (1 - u3)) S,   p_0^2 = (u3 - 1)/(u3 - u1).
- * If u2 is farther than u3 from 1, another formula is used, with -nu if W.e3 >= W.a, else +nu:
+ * If 1 - u2 > u3 - 1, k2 has another formula, with -nu if W.e3 >= W.a, else +nu:
  *     k2 = (W.e3 - W.a) / (2 (1 - u1)) (1 + (u2 - u1) / (2 (1 - u2)) S) -+ nu,
  *     p_0^2 = (1 - u2)/(1 - u1). */
 static inline dd find_agm_and_phase_rates(const initial *s, const turning_points *r, dd *nu, dd *k1,
@@ -408,8 +408,8 @@ typedef struct arguments {
     wide y1, y2, T;
 } arguments;
 
-/* Returns y1 and y2, which are incomplete elliptic integrals of the first kind, and T = K'/K. Sets
- * exact->stretch and stretch_rest (find_period_ratio_and_stretch). `average` is agm(1, k'). */
+/* Returns T = K'/K, and y1 and y2: agm(1, k') = `average` times elliptic integrals of the first
+ * kind (elliptic_rf), with a sign. If T < 1, also sets exact->stretch and stretch_rest. */
 static inline arguments find_theta_arguments(exact_lanes *exact, const initial *s,
                                              const turning_points *r, dd average)
 {
@@ -427,8 +427,8 @@ static inline arguments find_theta_arguments(exact_lanes *exact, const initial *
     a.y2 = -sign_from_mask(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
     return a;
 }
-/* Sets the theta series, in powers of the dual nome if `dual` is nonzero, else of the nome. They
- * are scaled such that the maxima of |alpha|^2 and |beta|^2 are (1 + u2)/2 and (1 - u1)/2. */
+/* Sets the theta series, in powers of the dual nome if `dual` is nonzero, else of the nome. Divided
+ * by theta4(X) / theta4(pi/2), |alpha|^2 and |beta|^2 have the maxima (1 + u2)/2 and (1 - u1)/2. */
 static inline void set_theta_series_of_kind(exact_lanes *exact, const turning_points *r,
                                             const arguments *a, int dual)
 {
@@ -505,9 +505,9 @@ static inline dd find_initial_nutation_phase(const turning_points *r, wide mean)
 }
 /* Sets the initial phases of nutation, alpha and beta, such that alpha and beta have the arguments
  * given by the initial attitude. Let A, B and H be |alpha|^2, |beta|^2 and |m_x + i m_y|^2, each
- * divided by its maximum. The argument of a small number is inaccurate. If A < min(B, H/4), the
- * phase of alpha is therefore computed from arg(m_x + i m_y), which is the sum of both phases and
- * the argument of -theta3. Otherwise, if B < H/4, so is the phase of beta. */
+ * divided by its maximum. Arguments of small numbers are inaccurate. If A < min(B, H/4), the phase
+ * of alpha is computed as arg(m_x + i m_y) - arg(-theta3) minus the phase of beta. Otherwise, if B
+ * < H/4, the phase of beta is computed as the same difference minus the phase of alpha. */
 static inline void set_initial_phases(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1, wide mean, const exact_top *top)
 {

@@ -27,8 +27,8 @@ typedef struct described_top {
     kr_units units;
 } described_top;
 
-/* Returns |com| of a spherical body, given `com` along the principal axes. `tilt` becomes the
- * rotation, by a tiny angle due to rounding, from the third internal axis (w->axes) to `com`. */
+/* Returns |com| of a spherical body; `com` has components along the principal axes. `tilt` becomes
+ * the tiny rotation from the third internal axis, as given by the rounded w->axes, to `com`. */
 static dd find_com_length_and_tilt(kr_vec3 com, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
@@ -43,7 +43,7 @@ static dd find_com_length_and_tilt(kr_vec3 com, const kr_working *w, kr_quat *ti
     return dd_times(size, reach);
 }
 /* Returns half the rate -rotor / I3 that the rotor adds to the spin, in internal units. If
- * w->tilted is 1, the norm of b->rotor replaces |w->rotor.z|, which has a rounding error. */
+ * w->tilted (body.h) is 1, |b->rotor| replaces |w->rotor.z|, which rounding has changed. */
 static dd find_half_spin_due_to_rotor(const kr_body *b, const kr_working *w, const kr_units *units)
 {
     const double scale = units->time, per_moment = 1.0 / units->moment;
@@ -215,10 +215,10 @@ static int set_up_free_motion_if_steady(kr_exact_form *exact, const double inert
     if (m[k].hi < 0.0) exact->spin_angle_rate = -exact->spin_angle_rate;
     return 1;
 }
-/* Returns the common rate of the phases of alpha and beta [rad per unit of time], and writes
- * agm(1, k') to `mean`. `c2`, `flat`, `k2` and `kp` are c^2, 1 - c^2, k^2 and k'. For c^2 <= 1/4,
- * another formula replaces that of the opening comment. It has sum Q_n for p0^2 = 1 + c2 k2 / flat,
- * and no division by c (DLMF 19.7.8). */
+/* Returns the common rate of the phases of alpha and beta [rad per unit of time], and writes agm(1,
+ * k') to `mean`. `c2`, `flat`, `k2` and `kp` are c^2, 1 - c^2, k^2 and k'. If c^2 <= 1/4, the
+ * formula of the opening comment is transformed to avoid the division by c (DLMF 19.7.8). The
+ * transformed formula contains the sum of Q_n for p0^2 = 1 + c^2 k^2 / (1 - c^2). */
 static dd find_common_phase_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
@@ -266,10 +266,10 @@ static void set_euler_series(kr_exact_form *exact, const body_axes *a, double c2
 #define LEAST_SQUARE 1e-280
 #define NEAR_SEPARATRIX_KP2 1e-36
 
-/* Returns the initial phase of the nutation, F/4K [turns]. Apart from positive factors, the initial
- * momentum is cn F along axis 1 and a->sense * sn F along axis 2. `i31` and `i32` are |I3 - I1| and
- * |I3 - I2|, `kp2` is k'^2, and `mean` is agm(1, k'). Near a separatrix, K is large. For F near K,
- * K - F would then be inaccurate, and is computed from sn(K - F) = cn F / dn F. */
+/* Returns the initial phase of the nutation, F / (4 K) [turns]. The initial m is cn F along axis 1
+ * and a->sense * sn F along axis 2, times positive factors. `i31` and `i32` are |I3 - I1| and |I3 -
+ * I2|, `kp2` is k'^2, `mean` is agm(1, k'). Near a separatrix, K is large: then F near K is
+ * computed as K minus the solution of sn(K - F) = cn F / dn F. */
 static dd find_free_nutation_phase(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;
@@ -349,7 +349,7 @@ static kr_exact_form make_euler_form(const exact_top *top, dd half_turn)
     return exact;
 }
 /* Returns the angle between the apex of height u and e3 [rad], given 1 - u and 1 + u. Values up to
- * 2e-36 count as zero: recompute_small_distances (lagrange.h) sets none below 1e-36. */
+ * 2e-36 count as zero, because recompute_small_distances (lagrange.h) raises zeros to 1e-36. */
 static double find_nutation_angle(dd one_minus_u, dd one_plus_u)
 {
     const double least = 2e-36, low = one_minus_u.hi > least ? one_minus_u.hi : 0.0,
@@ -365,8 +365,8 @@ static int find_precession_sign(const initial *s, dd one_minus_u, dd one_plus_u,
     return fabs(all) <= tol * size ? 0 : all < 0.0 ? -1 : 1;
 }
 /* Returns the type of motion (kr_nutation) of a heavy top with a nonnegative lever, given its least
- * and greatest nutation angles [rad]. Angles that differ by at most KR_INPUT_RTOL [rad] count as
- * equal. Rates up to KR_INPUT_RTOL times the terms in their formulas count as zero. */
+ * and greatest nutation angles [rad]. Angles that differ by at most KR_INPUT_RTOL count as equal. A
+ * rate is zero if its terms cancel up to KR_INPUT_RTOL times the sum of their magnitudes. */
 static const char *classify_heavy_motion(const initial *s, const turning_points *r, double least,
                                          double greatest)
 {
@@ -462,9 +462,9 @@ static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
     }
     return s.exact;
 }
-/* Returns 0 for a heavy top if half its initial tilt from the vertical [rad] and its horizontal
- * momentum [internal units] are both below 1e-70, but not both zero. Fourth powers of such values
- * may underflow, but their logarithms determine the time of the fall. Returns 1 for other tops. */
+/* Returns 0, to refuse a heavy top, if half its initial tilt [rad] and its horizontal momentum
+ * [internal units] are below 1e-70 and not both zero: their logarithms determine the time of the
+ * fall, but fourth powers of still smaller values underflow. Returns 1 for other tops. */
 static int is_initial_tilt_resolved(const kr_scene *scene)
 {
     const kr_working w = kr_body_working(&scene->body);
@@ -529,8 +529,8 @@ kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation *out)
         return KR_ERR_METHOD;
     status = convert_to_internal(scene, kind, &top);
     if (status != KR_OK) return status;
-    /* Without weight and with |m| below 1e-40, the rotor momentum is about 1 [internal units]. Then
-     * m does not move the apex within the times that doubles resolve, but powers of m underflow. */
+    /* If the weight is zero and |m| below 1e-40, the rotor momentum is about 1 [internal units].
+     * Then m has no effect within 2^50 turns, and is set to zero: its powers would underflow. */
     if (top.own.lever.hi == 0.0 && v_largest(top.own.m) < 1e-40) top.own.m = v3(0.0, 0.0, 0.0);
     const int below = top.own.lever.hi < 0.0;
     if (below) top.own = exchange_up_and_down(&top.own);

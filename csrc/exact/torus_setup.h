@@ -255,8 +255,8 @@ static void turn_vector_to_body_axes(const dd attitude[4], const dd v[3], dd cos
     out[2] = r[2];
 }
 /* Checks that a scene describes an undamped top of this kind under gravity. The support may rotate
- * about the vertical if `own` is nonzero. Writes the initial state to `start`, and the conversion
- * of axes and units to `way`. If a check fails, returns an error, with the reason in `refusal`. */
+ * about the vertical if `own` is nonzero (plan in internal units, exact.h). Writes the initial
+ * state to `start`, conversions of axes and units to `way`, the reason for errors to `refusal`. */
 static kr_status read_torus_scene(const kr_scene *scene, int own, const torus_kind *kind,
                                   kr_refusal *refusal, torus_start *start, torus_units *way)
 {
@@ -443,9 +443,9 @@ static void advance_by_taylor_series(const torus_kind *kind, double span, body_v
             for (int a = 0; a < 3; a++) view->e[a][i] = e[a][i][n] + span * view->e[a][i];
         }
 }
-/* Returns the larger of the errors of the axes [rad] and of the angular velocity w (relative to
- * 1 + |w|) in the state `later` of the closed form. The correct axes and w are `now`, advanced by
- * the time `span` with a Taylor series. */
+/* Returns the error of the state `later`, computed with the closed form: the larger of the errors
+ * of the space axes [rad] and of the angular velocity w (relative to 1 + |w|). The correct values
+ * are `now`, advanced by the time `span` with a Taylor series. */
 static double find_taylor_error(const torus_kind *kind, body_view now, double span, kr_state later)
 {
     const body_view got = find_rates_and_axes(kind, later);

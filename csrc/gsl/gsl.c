@@ -13,12 +13,12 @@
 #include "gsl.h"
 
 enum { MAX_TRIES = 1000 };
-/* Largest rotation of the top per step, in radians. With whole turns within a step, GSL's error
- * estimate might be too small. The semi-implicit method damps unresolved rotations. */
+/* Largest rotation of the top per step, in radians: less than a turn. In longer steps, GSL's error
+ * estimate might be too small, and the semi-implicit method would damp the rotation. */
 static const double most_turn = 4.0;
-/* Upper limits on a * step^2 (most_fall) and a * step (most_pull) in internal units. `step` is the
- * step size, and a bounds the angular acceleration due to gravity. Beyond these limits, rounding
- * might make 1 - step * J singular (J: Jacobian), and GSL would read uninitialized memory. */
+/* Upper limits on accel * step^2 (most_fall) and accel * step (most_pull) in internal units, for
+ * the step size `step` and an upper bound `accel` on the angular acceleration due to gravity.
+ * Beyond them, 1 - step * Jacobian might be singular, and GSL would read uninitialized memory. */
 static const double most_fall = 1e12, most_pull = 1e14;
 
 typedef struct {

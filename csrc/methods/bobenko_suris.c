@@ -1,11 +1,11 @@
 /* The Bobenko-Suris map, an integrable discretization of the Lagrange top in the space frame:
  *     m' = m + h M p x a,    a' = Cay(h m' / I1) a
- * with the momentum m, the vector a from the fixed point to the centre of mass, the step size h,
- * the mass M and p = gravity * e3. I1 is the moment about axes normal to the symmetry axis. Cay(v)
- * is the rotation whose quaternion is parallel to (1, v/2). The map conserves the vertical and
- * axial momenta, and E + h M <p x a, m> / (2 I1), where E is the energy. Half a kick conjugates the
- * maps bobenko_suris and bobenko_suris2. (Bobenko and Suris, Communications in Mathematical Physics
- * 204, 1999; Bodack 2008, 4.2.) */
+ * with the momentum m, a = q com q* (in bobenko_suris.h, a has unit length), the step size h, the
+ * mass M and p = gravity * e3. I1 is the moment about axes normal to the symmetry axis. Cay(v) is
+ * the rotation whose quaternion is parallel to (1, v/2). The map conserves the vertical and axial
+ * momenta, and E + h M <p x a, m> / (2 I1), where E is the energy. Half a kick conjugates the maps
+ * bobenko_suris and bobenko_suris2. (Bobenko and Suris, Communications in Mathematical Physics 204,
+ * 1999; Bodack 2008, 4.2.) */
 #include "bobenko_suris.h"
 
 static kr_status bobenko_suris_reset(kr_motion *motion, const kr_state *start)

@@ -1,8 +1,8 @@
 /* The symmetric form of the Bobenko-Suris map: half kick, Cayley drift, half kick.
  *     m+ = m + (h/2) M p x a,    a' = Cay(h m+ / I1) a,    m' = m+ + (h/2) M p x a'
- * with the momentum m, the vector a from the fixed point to the centre of mass, the step size h,
- * the mass M and p = gravity * e3. I1 is the moment about axes normal to the symmetry axis. Cay(v)
- * is the rotation whose quaternion is parallel to (1, v/2). The map is integrable, because it is
+ * with the momentum m, a = q com q* (in bobenko_suris.h, a has unit length), the step size h, the
+ * mass M and p = gravity * e3. I1 is the moment about axes normal to the symmetry axis. Cay(v) is
+ * the rotation whose quaternion is parallel to (1, v/2). The map is integrable, because it is
  * conjugate to bobenko_suris. The composition is symmetric, and is therefore of order 2. The map
  * conserves <m,p>, <m,a> and E - h^2 M^2 |p x a|^2 / (8 I1), where E is the energy. The last half
  * kick of a step is merged with the first half kick of the next step. */

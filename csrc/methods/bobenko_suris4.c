@@ -8,8 +8,8 @@
  * modified energy (kr_state_modified_energy). The step size e and the rotations are computed only
  * once, from the initial state. They depend on the orbit, so each step conserves the symplectic
  * form only up to O(h^7). A step size h is refused if 2 h^2 |K| or h^2 * mass * |gravity| * |com|
- * exceeds 1, in units with I1 = 1, because e might not exist. Here, K is the modified energy of a
- * top with I3 = I1. */
+ * exceeds 1, in units with I1 = 1, because e might not exist. Here, K is the invariant of the map
+ * in model/map_rates.h. */
 #include "bobenko_suris.h"
 #include "model/map_rates.h"
 

@@ -5,10 +5,10 @@
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s,
  * where a_i and b_i are fractions of h. The sequences a_1 ... a_s and b_0 ... b_s are palindromic,
  * and each sums to 1. A row of compose_table therefore lists only the first half of each sequence,
- * without the middle coefficient. A row without kick coefficients composes s steps of Strang
- * splitting, with b_i = (a_i + a_(i+1)) / 2 and a_0 = a_(s+1) = 0. A row with kick coefficients
- * omits b_0 = b_s = 0: the step begins and ends with a drift. Its coefficients satisfy only the
- * order conditions of Runge-Kutta-Nystrom methods, which suffice if the drift is exact. */
+ * without its one or two middle coefficients. A row without kick coefficients composes s steps of
+ * Strang splitting, with b_i = (a_i + a_(i+1)) / 2 and a_0 = a_(s+1) = 0. A row with kick
+ * coefficients omits b_0 = b_s = 0: the step begins and ends with a drift. Its coefficients satisfy
+ * only the order conditions of Runge-Kutta-Nystrom methods, which suffice if the drift is exact. */
 #ifndef KR_COMPOSITION_H
 #define KR_COMPOSITION_H
 #include "splitting.h"
@@ -43,9 +43,8 @@ static const struct {
 };
 
 /* The coefficients of a step, as fractions of the step size, in the order drift[0], kick[0],
- * drift[1], ... The last kick of a step is merged with the first kick of the next step, whose
- * coefficient is `ahead`. Between steps, the momentum therefore already includes this first
- * kick. */
+ * drift[1], ... Between steps, the momentum already includes the first kick of the next step, with
+ * the coefficient `ahead`, merged with the last kick of the step. */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];

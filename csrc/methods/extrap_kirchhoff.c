@@ -3,7 +3,7 @@
  *     M' = M x W + E3 x L,   E1' = E1 x U,   E2' = E2 x U,   E3' = E3 x U,   U = W - S
  * with the momentum M, the angular velocity W in the inertial frame, the lever L (method.h), the
  * axes E1, E2, E3 of space, which turn with the support, and the angular velocity S of the support.
- * W is J^-1 (M - h), with the inertia J and the momentum h of the rotor. All vectors have
+ * W is J^-1 (M - R), with the inertia J and the momentum R of the rotor. All vectors have
  * components along the body axes; y = (M, E1, E2, E3). The method `extrap` also integrates twelve
  * equations, so the two formulations can be compared. The integrals of motion are not conserved. */
 #include "extrapolation.h"

@@ -5,9 +5,9 @@
  * approximations:
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
  * A step is accepted at row j of the table T if the scaled norm (gbs_scaled_distance) of T(j,j) -
- * T(j,j-1) is at most tol (Bodack 2008, 4.1.1). The next step is planned to be accepted at its
- * target row, the row with the least work per unit time. The rules and constants of the step-size
- * control follow ODEX (Hairer, Norsett, Wanner, II.9). No integrals are conserved. */
+ * T(j,j-1) is at most tol (Bodack 2008, 4.1.1). The target row of the next step, at which its size
+ * should be accepted, is the row with the least work per unit time. The rules and constants of the
+ * step-size control follow ODEX (Hairer, Norsett, Wanner, II.9). No integrals are conserved. */
 #ifndef KR_EXTRAPOLATION_H
 #define KR_EXTRAPOLATION_H
 #include <float.h>
@@ -68,7 +68,7 @@ static inline double gbs_scaled_distance(const double a[GBS_SIZE], const double 
 }
 
 /* Computes T(row, 1). Returns 1, or 0 if row <= 2 and the first substep changes dy/dt by more than
- * twice the norm of dy/dt at the start of the step: the extrapolation would then diverge. */
+ * 2 * a->speed (in the scaled norm), which shows that the extrapolation would diverge. */
 static inline int gbs_try_midpoint_rule(gbs_attempt *a, int row)
 {
     const int n = 2 * row;
@@ -137,7 +137,7 @@ static inline int gbs_find_converged_row(gbs_attempt *a, int from, int target)
 }
 
 /* Returns the row with the least expected work per unit of time in the next step. `target` is the
- * target row of the step in `a`. If `rejected` is nonzero, the returned row is at most a->row. */
+ * target row of the step in `a`. If earlier trials were `rejected`, returns at most a->row. */
 static inline int gbs_best_row(const gbs_attempt *a, int target, int rejected)
 {
     const double *work = a->work;

@@ -1,13 +1,13 @@
 /* The implicit midpoint rule for the attitude q and the momentum m in space, for comparison on
  * stiff problems. A step of size h is
  *     (q' - q) / h = q_ V / 2,    m' = m + h torque(q_ / |q_|),    q_ = (q + q') / 2
- * with the torque of the weight and of the gravity gradient (motion_torque). The first equation is
- * equivalent to q_ / |q_| = q r and q' = q r^2. Here, V is the angular velocity at the midpoint, in
- * the body frame, and r is the unit quaternion parallel to (1, h V/4). With the inertia J and the
- * momentum R of the rotor, V = J^-1 (r* q* (m + m')/2 q r - R). This nonlinear equation for V is
- * solved by Newton's method (Hairer, Lubich, Wanner, VII.5). The method conserves the norm of q and
- * the vertical momentum. For small h |V|, the errors of the energy and the axial momentum are
- * bounded and O(h^2). */
+ * with the mean q_ of q and q', and the torque from motion_torque. The first equation is equivalent
+ * to q_ / |q_| = q r and q' = q r^2. Here, V is the angular velocity at the midpoint, in the body
+ * frame, and r is the unit quaternion parallel to (1, h V/4). With the inertia J and the momentum R
+ * of the rotor, V = J^-1 (r* q* (m + m')/2 q r - R). This nonlinear equation for V is solved by
+ * Newton's method (Hairer, Lubich, Wanner, VII.5). The method conserves the norm of q and the
+ * vertical momentum. For small h |V|, the errors of the energy and the axial momentum are bounded
+ * and O(h^2). */
 #include "method.h"
 
 enum { MOST = 30 };
@@ -25,8 +25,8 @@ typedef struct {
     kr_vec3 residual; /* J V - (M - R) */
 } midpoint_trial;
 
-/* Returns the residual for an approximate angular velocity V, and the quantities in its formula. M
- * and P are the momentum and the vertical at the beginning of the step, in the body frame. */
+/* Returns the members of midpoint_trial (residual J V - (M - R)) for the angular velocity V. M and
+ * P are the momentum and the vertical at the beginning of the step, in the body frame. */
 static midpoint_trial evaluate_midpoint_residual(const kr_motion *motion, kr_vec3 M, kr_vec3 P,
                                                  kr_vec3 V)
 {

@@ -1,8 +1,8 @@
 /* The twelve equations of motion in space (Bodack 2008, 3.9), for rk4 and extrap. With the angular
- * velocity w in the inertial frame, the principal axes N, B, T, the inertia tensor A, the momentum
- * m, which includes the momentum h of the rotor, and the torque n of weight and gravity gradient,
- *     A w' = m x w + n,   N' = w x N,   B' = w x B,   T' = w x T   (on a support at rest)
- *     A = I_N N N^t + I_B B B^t + I_T T T^t,   m = A w + h_N N + h_B B + h_T T.
+ * velocity w in the inertial frame, the principal axes N, B, T, the inertia tensor J, the momentum
+ * m, which includes the momentum R of the rotor, and the torque n of weight and gravity gradient,
+ *     J w' = m x w + n,   N' = w x N,   B' = w x B,   T' = w x T   (on a support at rest)
+ *     J = I_N N N^t + I_B B B^t + I_T T T^t,   m = J w + R_N N + R_B B + R_T T.
  * On a support with the angular velocity S, all vectors have components along the axes of the
  * support. In this case, w - S replaces w in N', B' and T', and w' has the further term -S x w.
  * After numerical integration, (N, B, T) is orthonormal only up to the error of the method. */

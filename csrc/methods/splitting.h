@@ -7,11 +7,11 @@
  * I_B) is therefore exact, and consists of two rotations. The drift of another body consists of
  * four rotations: about m, about N, about T, and about N again. Its local error is of third order
  * in the step size, and is smallest if B is the axis with the intermediate moment. A rotor with
- * momentum h changes the rates of rotation by constants, such as -h_N / I_N about N, and adds two
- * rotations about B to the drift. The drift of a symmetric body remains exact if h is along T. A
- * support with the angular velocity S adds -<S,m> to H. The flow of this term rotates attitude and
- * momentum against the support, commutes with the kinetic energy, and is a part of the drift. Sums
- * are compensated: the rounding error of each sum is stored and added to the next sum (Kahan 1965).
+ * momentum h changes the rate of rotation about each axis i by -h_i / I_i, and adds two rotations
+ * about B to the drift. The drift of a symmetric body remains exact if h is along T. A support with
+ * the angular velocity S adds -<S,m> to H. The flow of this term rotates attitude and momentum
+ * against the support, commutes with the kinetic energy, and is a part of the drift. Sums are
+ * compensated: the rounding error of each sum is stored and added to the next sum (Kahan 1965).
  * Rounding errors then affect the energy only through the small changes of q and m per step. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
@@ -86,8 +86,8 @@ static inline void splitting_kick(splitting *s, const kr_motion *motion, double 
     splitting_add_impulse(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
 }
 
-/* The momentum m in the body frame, and a quaternion r: 1 + r is the product of the rotations of
- * the body so far in a drift. In the body frame, m rotates opposite to the body. */
+/* The momentum m in the body frame, and r = p - 1, where the quaternion p is the product of the
+ * rotations since the beginning of the drift. Turning the body turns m oppositely in its frame. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;
@@ -126,8 +126,8 @@ static inline void splitting_rotate_about_t(splitting_body *b, double half_angle
                                 &b->r.z, &b->r.x, &b->r.y);
 }
 /* Rotates the attitude q about the momentum m by the angle part * step * |m| / I_B, and normalizes
- * q. Unless `b` is NULL, the rotation 1 + b->r of the body is applied as well. The norm of q is
- * measured before the rotations, so that its correction does not depend on their angles. */
+ * q. Unless `b` is NULL, the rotation 1 + b->r of the body is applied as well. The factor that
+ * corrects |q| is computed from the old q, independently of the angles of rotation. */
 SPLITTING_INLINE void splitting_rotate_about_m(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);

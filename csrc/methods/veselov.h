@@ -5,7 +5,7 @@
  * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). The nonlinear equation for r
  * is solved by Newton's method. A drift does not change m. Up to the tolerance of Newton's method,
  * a drift conserves the kinetic energy and, for a symmetric body, the momentum about the symmetry
- * axis. Over 10^6 steps, the conserved quantities change by 1e-12 to 1e-10. */
+ * axis. In 10^6 steps, their relative change is 1e-12 to 1e-10. */
 #ifndef KR_VESELOV_H
 #define KR_VESELOV_H
 #include "method.h"

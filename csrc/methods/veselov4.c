@@ -4,7 +4,7 @@
  *     1/I~_j = (1 + h^2 s) / I_j + h^2 d,
  *     s = S C / 6 - (1/I_N + 1/I_B + 1/I_T) H / 3,    d = S H / 6 - P C / 3,
  *     C = |M|^2/2,    H = <M, I^-1 M> / 2,    P = 1 / (I_N I_B I_T),    S = (I_N + I_B + I_T) P
- * with the momentum M in the body frame (Hairer and Vilmart, J. Phys. A 39, 2006). A drift, unlike
+ * with M = q* m q; P is not the vertical (Hairer and Vilmart, J. Phys. A 39, 2006). A drift, unlike
  * a kick, conserves |M| and the kinetic energy H. The method conserves the vertical momentum, the
  * axial momentum of Lagrange tops, and the energy of torque-free bodies. Steps in which the top may
  * rotate by more than 1.25 rad are refused, because the series for the modified moments of inertia

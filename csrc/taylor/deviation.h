@@ -10,8 +10,8 @@
 #include "tangents.h"
 
 /* Taylor coefficients, prepared for products. w[BEFORE + n] and p[BEFORE + n] are W_n and P_n of
- * the path (taylor.h). The elements before n = 0 are zero. turn[n], push[n] and cross[n] are the
- * n-th coefficients of theta, N (tangents.h) and c x theta of a tangent. */
+ * the path (taylor.h), and 0 for n < 0: a block of BLOCK terms can exceed the end of a sum.
+ * turn[n], push[n] and cross[n] belong to theta, N (tangents.h) and c x theta of a tangent. */
 typedef struct {
     path_term w[KR_TAYLOR_MAX + BEFORE], p[KR_TAYLOR_MAX + BEFORE];
 } turned_path;
@@ -84,9 +84,9 @@ INLINE void set_next_deviation(const kr_series *s, kr_tangent *g, turned_deviati
     if (g->damped != 0.0) force = triple_sub(force, damping_torque_change(g, rate, plus, minus));
     store_coefficients(g, d, n + 1, rate, force);
 }
-/* For j = first, first + 2, ... <= n, adds the products (deviation_sums) of the j-th coefficients
- * of tangent k with the (n - j)-th coefficients of the path to a[k], for k < count. If CHAINS is 2,
- * adds the products for j = first + 1, first + 3, ... <= n to b[k]. */
+/* For each tangent k < count, adds to a[k] the products (deviation_sums) of the j-th coefficients
+ * of the tangent and the (n - j)-th of the path, for those j from `first` to n for which
+ * j - first is even. If CHAINS is 2, adds the products with odd j - first to b[k]. */
 INLINE void add_alternate_products(deviation_sums *a, deviation_sums *b, const turned_path *path,
                                    const turned_deviation *d, int count, int first, int n)
 {

@@ -6,8 +6,8 @@
 #include "quat_simd_dd.h"
 #include "series.h"
 
-/* Evaluates a series at the time *to. Writes (q | P) to x, and W to w (taylor.h). tail->sum sums
- * the terms after `head` in double precision, and divides by (*to - s->t)^(head + 1). */
+/* Evaluates a series at the time *to. Writes (q | P) to x, and W to w (taylor.h). tail->sum returns
+ * the sum of the terms after `head`, in double precision, divided by (*to - s->t)^(head + 1). */
 INLINE void evaluate_mixed_precision(const kr_series *s, int head, const kr_tail *tail,
                                      const double *to, double *x, double *w)
 {

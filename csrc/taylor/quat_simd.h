@@ -21,9 +21,9 @@
 #endif
 /* UNROLL, before a loop over the terms of a series, requests that the compiler unroll the loop,
  * whose length must be a compile-time constant. PER_ORDER declares an inline function with such
- * loops, so that each order of a series has its own copy. If vectors have fewer than eight lanes,
- * unrolled loops would not fit in the instruction cache. In this case, and if the build defines
- * KR_ROLLED, UNROLL has no effect, and a PER_ORDER function is compiled only once. */
+ * loops, so that each order of a series has its own copy. UNROLL has no effect, and a PER_ORDER
+ * function is compiled only once, if vectors have fewer than eight lanes (unrolled loops would not
+ * fit in the instruction cache), or if the build defines KR_ROLLED. */
 #if !defined KR_AVX512 || defined KR_PLAIN || defined KR_ROLLED
 #  define UNROLL
 #  define PER_ORDER static
@@ -135,10 +135,10 @@ INLINE quad quad_zxy(quad a)
 #endif
 
 /* A `duo` is a pair of quaternions. duo_permute_i applies quad_permute_i to both quaternions, and
- * so on. duo_first and duo_second return one quaternion of the pair. duo_yzx_zxy(a) is the pair of
- * quad_yzx(a) and quad_zxy(a), and duo_zxy_yzx(a) is this pair in reverse order. duo_splat_lane_of
- * returns w[lane] in all SIMD lanes, where `lane` is 1, 2 or 3. `permuted_w` must be duo_yzx_zxy(a)
- * for the quad `a` stored at w. Hardware vectors of eight lanes copy the number from `permuted_w`,
+ * so on. duo_first and duo_second return the first and the second quaternion. duo_yzx_zxy(a) is the
+ * pair of quad_yzx(a) and quad_zxy(a), and duo_zxy_yzx(a) is this pair in reverse order.
+ * duo_splat_lane_of returns w[lane] in all SIMD lanes, for lane = 1, 2 or 3. `permuted_w` must be
+ * duo_yzx_zxy(quad_load(w)). If vectors have eight lanes, the number is taken from `permuted_w`,
  * because a load of w[lane] from memory would be slower. */
 #if defined KR_AVX512 && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
@@ -184,10 +184,10 @@ enum { SIDE_BY_SIDE = 0 };
 INLINE double scalar_fma(double a, double b, double c) { return a * b + c; }
 #endif
 
-/* duo_splat_lane returns w[lane] in all SIMD lanes. duo_scale multiplies the lanes of `a` by the
- * eight numbers `exact`. duo_span and quad_span return *to - *from in all lanes, and duo_reciprocal
- * and quad_reciprocal return 1 / n. In double-double precision (quat_simd_dd.h), `w`, `from` and
- * `to` point to high words, but the numbers `exact` are doubles. */
+/* duo_splat_lane returns w[lane] in all SIMD lanes. duo_scale multiplies the lanes of `a` by eight
+ * doubles. duo_span and quad_span return *to - *from, and duo_reciprocal and quad_reciprocal 1 / n,
+ * in all lanes. copy_number copies *from to *to. In quat_simd_dd.h, these pointers and `w` point to
+ * high words, which have low words. The doubles `exact` have no low words. */
 INLINE duo duo_splat_lane(const double *w, int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }

@@ -38,8 +38,8 @@ INLINE double *writable_low_words(double *hi) { return (double *)((char *)hi + s
 
 /* DOUBLED defines a type D of double-double vectors, whose members hi and lo are vectors of type T,
  * and the operations D_add, D_mul and so on. D_mul and D_store normalize the numbers that they
- * return or write: |lo| is at most half a unit in the last place of hi. For speed, D_add, D_fma,
- * and D_product, which returns a product like D_mul, do not normalize their results. */
+ * return or write: |lo| is at most half a unit in the last place of hi. For speed, D_add and D_fma
+ * do not normalize their results. D_product is D_mul without normalization. */
 #define DOUBLED(D, T)                                                                              \
     PRODUCT_ERROR(T)                                                                               \
     typedef struct {                                                                               \

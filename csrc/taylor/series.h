@@ -52,8 +52,8 @@ enum {
 typedef struct {
     duo ahead, behind;
 } turned_vector;
-/* The element turned[n]: `w` contains the permutations of W_n. With TURNS, `u` is (next | prev) of
- * U_n, and `fixed` is (prev | next) of O_n. With HEADLESS, `fixed` is (prev | next) of P_n. */
+/* turned[n]: `w` contains the permutations of W_n. With TURNS, `u` is (next | prev) of U_n. `fixed`
+ * is (prev | next) of O_n with TURNS, or of P_n with HEADLESS (these flags are never combined). */
 typedef struct {
     turned_vector w;
     duo u, fixed;
@@ -82,9 +82,9 @@ INLINE void add_rotor_terms(const kr_series *s, turned_vector *w0)
 {
     w0->behind = duo_add(w0->behind, duo_load(s->shift));
 }
-/* Returns the term of series_sums.cross with m = j, where `w` is turned[j].w. Both halves of
- * w.ahead * w.behind are next(W_j) * prev(W_j), so each is multiplied by 1/2. If j is 0, w.behind
- * also contains the constants of the rotor, which are added once more, so as not to halve them. */
+/* Returns the term of series_sums.cross with m = j, where `w` is turned[j].w. Without a rotor, both
+ * halves of w.ahead * w.behind are next(W_j) * prev(W_j), so each is multiplied by 1/2. For j = 0,
+ * w.behind contains s->shift once. It is added again, so that half of the sum contains it once. */
 INLINE duo find_middle_cross_term(const kr_series *s, turned_vector w, int j)
 {
     if (j == 0) add_rotor_terms(s, &w);
@@ -113,9 +113,9 @@ INLINE void add_products(series_sums *a, const kr_series *s, const kr_series *ow
     if (terms & TURNS) a->support = duo_fma(u, turned[m].fixed, a->support);
     if (terms & SHAKES) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
-/* Adds the products with the indices (j, m) to `a`, and the products with (m, j) to `b`, except for
- * `cross`: adds next(W_j) * prev(W_m) to the first half of a->cross, and next(W_m) * prev(W_j) to
- * the second half. */
+/* Adds the products with the indices (j, m) to `a`, and those with (m, j) to `b`. For the member
+ * `cross`, adds both to `a` instead: next(W_j) * prev(W_m) to the first half of a->cross, and
+ * next(W_m) * prev(W_j) to the second half. */
 INLINE void add_product_pair(series_sums *a, series_sums *b, const kr_series *s,
                              const kr_series *own, const turned_term *turned, int j, int m,
                              int terms)
@@ -201,9 +201,9 @@ INLINE void store_friction_variable(kr_series *s, kr_series *scratch, int n, qua
     quad_store(scratch->end_w, number);
     copy_number(s->w[n], scratch->end_w);
 }
-/* Returns W_{n+1} with the friction torque that keeps the spin <U, apex> constant. `w` is W_{n+1}
- * without friction, and `o` is O_{n+1}. Stores the n-th coefficient of the friction torque, divided
- * by the maximum of this torque, in lane 0 of W_n. Overwrites own->end_w. */
+/* Returns W_{n+1} if friction keeps the spin <U, apex> constant. `w` is W_{n+1} without friction,
+ * and `o` is O_{n+1}. Stores in lane 0 of W_n the n-th coefficient of the torque of friction,
+ * divided by its maximum (the torque on a sliding top). Overwrites own->end_w. */
 INLINE quad add_friction_holding_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
@@ -234,9 +234,9 @@ INLINE quad find_gravity_gradient_products(const kr_series *s, int n)
         sum = quad_fma(quad_yzx(quad_load(s->x[j] + 4)), quad_zxy(quad_load(s->x[n - j] + 4)), sum);
     return sum;
 }
-/* Stores `w` as W_n in s->w[n], and U_n = W_n - O_n in own->w[n], where O_n is `o`, or 0 if `turns`
- * is 0. Stores their permutations in turned[n]. If the top slides and `is_known` is 0, stores the
- * n-th coefficient of the spin in lane 0 of W_n. */
+/* Stores `w` as W_n in s->w[n], U_n = W_n - O_n in own->w[n], where O_n is `o` (0 if `turns` is 0),
+ * and in turned[n] the permutations of W_n and, with `turns`, of U_n and O_n. If the top slides,
+ * sets lane 0 of W_n to the coefficient of the spin, unless `w` already has it (`is_known`). */
 INLINE void set_coefficients_of_W_and_U(kr_series *s, kr_series *own, turned_term *turned, int n,
                                         quad w, quad o, int turns, int is_known)
 {
@@ -340,10 +340,10 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 }
 
 /* Returns the step size at which products of two Taylor terms of order about head / 2 have the
- * magnitude 2^log2_size. The terms after the term `head` are computed in double precision, as sums
- * of such products. If the products nearly cancel, the sums are small, but still contain the
- * rounding errors of the large products. A step size based only on the last Taylor term would then
- * be too large. */
+ * magnitude 2^log2_size, which stand for all products in the sums of order `head`. The later terms
+ * are computed in double precision from such sums. If the products nearly cancel, the sums are
+ * small, but contain the rounding errors of the large products. A step size based only on the last
+ * Taylor term would then be too large. */
 INLINE double step_size_for_product_size(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);

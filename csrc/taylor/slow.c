@@ -49,7 +49,7 @@ enum {
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
 /* The velocity that multiplies the relative tolerance (find_error_scale) is at least NEGLIGIBLE
- * times the largest angular velocity, and ROUNDED times velocities whose rounding affects u_i. */
+ * times the largest bound or component of W, and ROUNDED times velocities subtracted from W. */
 #define NEGLIGIBLE 0x1p-64
 #define ROUNDED 0.25
 /* Rounding error of the difference between two doubles, relative to the larger of them. */
@@ -114,7 +114,7 @@ static void bound_damped_velocities(const kr_taylor *p, const slow_directions *s
 }
 /* Writes `bound` (bound_damped_velocities). Returns the velocity, in the units of the series, that
  * multiplies the relative tolerance: the smallest positive bound[i] or, without one, the largest
- * component of W; but at least the limits by NEGLIGIBLE, ROUNDED and TINY_VELOCITY. */
+ * component of W. NEGLIGIBLE, ROUNDED and TINY_VELOCITY set lower limits. */
 static double find_error_scale(const kr_taylor *p, const slow_directions *slow, double bound[3])
 {
     const kr_series *s = p->series;
@@ -131,9 +131,9 @@ static double find_error_scale(const kr_taylor *p, const slow_directions *slow, 
     least = fmax(fmin(fmax(least, NEGLIGIBLE * most), most), ROUNDED * rounded);
     return fmax(least, TINY_VELOCITY);
 }
-/* Returns the velocity that divides distances from the slow manifold: `error_scale`, the result of
- * find_error_scale for the strongly damped directions. If `strong` is not NULL, it marks a larger
- * set; returns the maximum for both sets, because errors of earlier steps depend on `strong`. */
+/* Returns the velocity that divides distances from the slow manifold: `error_scale`
+ * (find_error_scale). If a step with the larger set of directions `strong` has failed, at least the
+ * error scale of that set, because it set the tolerance of earlier steps. */
 static double find_manifold_distance_scale(const kr_taylor *p, double error_scale,
                                            const slow_directions *strong)
 {
@@ -147,9 +147,9 @@ static double find_manifold_distance_scale(const kr_taylor *p, double error_scal
 #include "math/real.h"
 #include "slow_terms.h"
 
-/* Returns a bound, in internal units (method.h), on the rate of the motion without damping: on the
- * angular speed that the top can reach if its angular velocity now is `velocity` and, if `supports`
- * is not NULL, on the rates at which the support rotates and shakes. */
+/* Returns an upper bound, in internal units (method.h), on the rates of the undamped motion: on the
+ * angular speed that the top can reach from the angular velocity `velocity` and, if `supports` is
+ * not NULL, also on the rate at which the support rotates and on that at which it shakes. */
 static double bound_undamped_rate(const kr_motion *motion, kr_vec3 velocity,
                                   const kr_support_ops *supports)
 {
@@ -186,8 +186,8 @@ static double log2_norm(const kr_series *s, int n)
     for (int i = 0; i < 4; i++) size = fmax(size, fabs(s->w[n][i]));
     return size > 0.0 ? log2(size) : -LOG2_AT_REST;
 }
-/* Returns log2 of the largest step size h for which the coefficients of the orders n and n - 1
- * (log2_norm), both multiplied by h^n, do not exceed 2^log2_tol. */
+/* Returns log2 of the largest step size h for which h^n times the coefficients of the orders n - 1
+ * and n (log2_norm) is at most 2^log2_tol. In even or odd series, one of the two is zero. */
 static double log2_step_size(const kr_series *s, int n, double log2_tol)
 {
     return fmin((log2_tol - log2_norm(s, n)) / n, (log2_tol - log2_norm(s, n - 1)) / n);
@@ -199,9 +199,9 @@ static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions 
 }
 
 /* Ends the step where the last Taylor terms are 2^log2_tol, and evaluates the series there. The
- * step size is at most (order / 6) / slow->fall in internal units. With more than 16 digits, the
- * terms after the index `head` are evaluated in double precision. The step is then so short that
- * these terms are at most 2^(log2_tol + 52). */
+ * step is at most (order / 6) / slow->fall in internal units, where `fall` is a rate. With more
+ * than 16 digits, terms after the index `head` are evaluated in double precision; the step is short
+ * enough that they are at most 2^(log2_tol + 52). */
 static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                                   const slow_directions *slow, double log2_tol)
 {
@@ -209,8 +209,8 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
     double step = log2_step_size(s, order, log2_tol);
     if (motion->digits > 16) step = fmin(step, log2_step_size(s, head + 2, log2_tol + 52.0));
-    /* The evaluation of the series ignores low words after the head. Those of the friction variable
-     * are set to 0, because refine_friction_crossing (support_motion.c) uses them. */
+    /* The evaluation of the series ignores low words after the head, but refine_friction_crossing
+     * (support_motion.c) does not. So low words of the friction variable are set to 0. */
     for (int n = head + 1; n <= order; n++) s[1].w[n][0] = 0.0;
     const double longest = slow->fall > 0.0 ? order / 6.0 * (p->rate / slow->fall) : INFINITY;
     s[0].t = s[0].end;
@@ -220,10 +220,10 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     kr_taylor_end_at(s, kernel);
     if (slow->supports) slow->supports->place(s, motion, p->rate);
 }
-/* Returns 1 if an expansion on the slow manifold is worth trying. The estimated distance of each
- * strongly damped u_i from the manifold (|u_i'| / d_i without a rotor) must be at most the largest
- * of `near` times find_manifold_distance_scale, the rounding error of u_i, a quarter of its bound
- * (bound_damped_velocities) and, if `is_settled` is 1, a quarter of |u_i| on the manifold. */
+/* Returns 0 if an expansion on the slow manifold is not worth trying: if the estimated distance of
+ * a strongly damped u_i from it, |u_i'| / d_i (rotor: times slow->gain), exceeds `near` times
+ * find_manifold_distance_scale, the rounding error of u_i, and bound[i] / 4. If `is_settled` is 1,
+ * a quarter of |u_i| on it is accepted, too. */
 static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
                                 const slow_directions *strong, double near, int is_settled)
 {
@@ -250,11 +250,11 @@ static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
     return 1;
 }
 /* Returns the relative distance (is_on_manifold in slow_terms.h) up to which the motion counts as
- * on the manifold. It is `near` while the transient decays, and 1 after damping about the same axes
- * has been strong for SETTLED damping times. The actual distance is then a rounding error, but may
- * be large relative to the angular velocity of a top almost at rest. The result is UNRESOLVED if
- * the damping time is below the rounding error of the time `clock`. Sets p->settling and
- * p->settled. */
+ * on the manifold: `near` during the transient, and 1 after it, that is, after damping about the
+ * same axes has been strong for SETTLED damping times (p->settled). A rounding error may then be
+ * large relative to the velocity of a top almost at rest. If the damping time is below the rounding
+ * error of the time `clock`, returns UNRESOLVED, which accepts any distance. Updates p->settling
+ * and p->settled. */
 static double choose_manifold_threshold(kr_taylor *p, const slow_directions *slow, double clock,
                                         double near)
 {
@@ -330,9 +330,9 @@ static int find_directions_if_damped(const kr_motion *motion, double undamped,
         set_principal_directions(motion, slow);
     return 1;
 }
-/* Returns log2 of the absolute tolerance for steps of a strongly damped motion that are not on a
- * slow manifold: the relative tolerance times the angular velocity of the top in the units of the
- * series, about undamped_rate / p->rate (bound_undamped_rate). */
+/* Returns log2 of the absolute tolerance for steps of a damped motion that are not on a slow
+ * manifold: the relative tolerance times the largest undamped angular speed in the units of the
+ * series, undamped_rate / p->rate. kr_slow_step may lower it (log2_absolute_tolerance). */
 static double log2_transient_tolerance(const kr_taylor *p, double undamped_rate)
 {
     return p->log2_tol + log2(fmax(fmin(undamped_rate / p->rate, 1.0), NEGLIGIBLE));

@@ -130,8 +130,8 @@ static void set_velocity_per_torque(slow_directions *slow)
         }
     invert_matrix(m, slow->gain);
 }
-/* Returns the largest rate at which a rotor changes a weakly damped u_i. With C = slow->couple, it
- * is sqrt|C_ik C_ki| if u_k is also weakly damped, and |C_ik C_ki| / d_k if strongly damped. */
+/* Returns the largest rate, over weakly damped u_i and all u_k, at which a rotor couples both. C =
+ * slow->couple: sqrt|C_ik C_ki| for a weakly damped u_k, |C_ik C_ki| / d_k for a strong one. */
 static double bound_rotor_rate(const slow_directions *slow)
 {
     double most = 0.0;
@@ -143,8 +143,8 @@ static double bound_rotor_rate(const slow_directions *slow)
     return most;
 }
 /* Marks all directions as strongly damped, except for the `weak_count` ones with the weakest
- * damping. Sets slow->fall and slow->rate, given bounds on undamped rates and on torques. Returns
- * 1, and sets slow->gain, if damping about the marked directions is strong (STRONG), else 0. */
+ * damping. Returns 1, and sets slow->gain, if their damping is strong (STRONG), else 0. Sets the
+ * rates slow->rate and slow->fall from bounds on the undamped rates and the torques. */
 static int try_strong_directions(slow_directions *slow, int weak_count, double undamped_rate,
                                  double most_torque)
 {

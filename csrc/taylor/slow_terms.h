@@ -83,8 +83,8 @@ static void REAL(set_velocities_from_components)(REAL(terms) * s, const slow_dir
             s->c[ROW_W + j][n] = r_add(s->c[ROW_O + j][n], *U);
     }
 }
-/* Sets the (n + 1)-th coefficient of a vector b that is fixed in the support's frame, by b' = b x
- * U. The rows of b and of U begin at `row` and `u_row`. */
+/* Sets the (n + 1)-th coefficient of a vector b at rest relative to the support (O or P), by b' = b
+ * x U. The rows of b and of U begin at `row` and `u_row`. */
 static void REAL(set_next_fixed_vector)(REAL(terms) * s, int row, int u_row, int n)
 {
     const real zero = r_of(0.0, 0.0);
@@ -230,7 +230,7 @@ static void REAL(expand_spin_while_sliding)(REAL(terms) * s, int u_row, int orde
                       r_mul(r_of(from[0].apex[1 + i], from[1].apex[1 + i]), s->c[u_row + i][n]));
 }
 /* Sets the coefficients, of orders below `order`, of the friction variable while friction holds the
- * top: the friction torque divided by its maximum `friction` (unit of time: 1 / rate). */
+ * top: the friction torque divided by its maximum `friction`, both in the unit of time 1 / rate. */
 static void REAL(expand_friction_ratio)(REAL(terms) * s, const slow_directions *slow, double rate,
                                         double friction, int order)
 {
@@ -277,11 +277,11 @@ static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
     return last == 0.0;
 }
 /* Expands the motion on the slow manifold about the end of the last step, and writes the
- * coefficients to p->series. Repeats update_coefficients until its result is at most `noise` times
- * the largest of find_error_scale and the bound[i]. Then calls is_on_manifold with `near`; `strong`
- * is for find_manifold_distance_scale. `friction` is the maximum friction torque, while friction
- * holds the top. Returns 1, or 0 with p unchanged if this iteration does not converge or the motion
- * is off the manifold; `wait` then estimates the time to reach it, in the units of the series. */
+ * coefficients to p->series. Iterates update_coefficients until the change is at most `noise` times
+ * the largest of find_error_scale and bound[i] (bound_damped_velocities). Returns 0 and leaves p
+ * unchanged if there is no convergence or is_on_manifold (arguments `near` and `strong`) fails,
+ * else 1. After 0, `wait` estimates the time to reach the manifold, in the units of the series.
+ * `friction` is the maximum friction torque if friction holds the top, else unused. */
 static int REAL(expand_on_manifold)(kr_taylor *p, const slow_directions *slow,
                                     const slow_directions *strong, int order, double near,
                                     double noise, double friction, double *wait)

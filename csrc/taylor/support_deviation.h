@@ -32,8 +32,8 @@ typedef struct REAL(moving_path) {
     int has_friction, is_held;
 } REAL(moving_path);
 /* Taylor series of one tangent. `cross` is c x theta, `apex_change` is theta x a + d, `apex` is d,
- * and `tilted` is theta x K A P + K A (P x theta). `turn_loss` and `push_loss` are the negatives of
- * the terms of theta' and N' with B, y, E, F, k, L and, while the top slides, g. */
+ * and `tilted` is theta x K A P + K A (P x theta). `turn_loss` is (B W + y) / A + E. `push_loss` is
+ * F U + E x (AW + h) - k P x b - P x L P and, while the top slides, minus g a. */
 typedef struct REAL(moving_deviation) {
     real_vec turn[TERMS], push[TERMS], cross[TERMS], apex_change[TERMS], turn_loss[TERMS],
         push_loss[TERMS], tilted[TERMS], apex;
@@ -151,8 +151,8 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, doub
     }
     if (p->is_held) REAL(read_path_coefficients)(p, path, order, rotor);
 }
-/* Subtracts k P x b from `push_loss`, where b is g->pull, and k is a function of time with the
- * constants `scale` (set_acceleration_coefficients). */
+/* Subtracts k P x b from `push_loss`. b is the member `pull` of the tangent, and k a function of
+ * time with the constants `scale` (set_acceleration_coefficients). */
 static void REAL(add_weight_derivative)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                         const kr_tangent *g, const dd scale[4], int order)
 {
@@ -194,8 +194,8 @@ static void REAL(add_gradient_derivative)(const REAL(moving_path) * p, REAL(movi
         d->push_loss[n] = VEC(sub)(d->push_loss[n], REAL(cross)(p->vertical, change, n));
     }
 }
-/* Sets turn_loss, push_loss and apex of d (moving_deviation). The tangent `g` (tangents.h) contains
- * B, F, y, d and the other derivatives by the parameter of the tangent. */
+/* Sets the members turn_loss, push_loss and apex of the argument `d` from the derivatives (B, F and
+ * so on) by the parameter, which are members of the tangent `g` (kr_tangent, tangents.h). */
 static void REAL(set_parameter_terms)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                       const kr_motion *motion, double rate, const kr_series path[2],
                                       const kr_tangent *g, int order)
@@ -277,8 +277,8 @@ static void REAL(set_next_tangent_terms)(const REAL(moving_path) * p, REAL(movin
     if (p->has_friction) REAL(add_friction_change)(p, d, n);
 }
 /* Computes the coefficients of orders 1 to `order` of n single tangents (tangents.h). If
- * `jump_factor` is not NULL, instead subtracts jump_factor * (change of the spin) * a from N at the
- * end of the step (kr_tangent.end). In this case, `path` must begin at the end of the step. */
+ * `jump_factor` is not NULL, instead subtracts jump_factor * (change of the spin) * a from
+ * kr_tangent.end (N at the end of the last step), where the series `path` then begins. */
 static void REAL(expand_or_jump_tangents)(const kr_motion *motion, double rate,
                                           const kr_series path[2], kr_tangent *first, size_t n,
                                           int order, const dd *jump_factor)

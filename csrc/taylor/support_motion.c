@@ -17,8 +17,8 @@
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
 /* Rounding error of the initial spin, given in doubles, divided by the largest term of <U, a>. */
 #define ROUNDED_SPIN 0x1p-44
-/* is_sliding_impossible neglects a spin acceleration against the direction of sliding that is below
- * this threshold, in the units of the series, times 1 + (largest damping rate). Rounding errors of
+/* is_sliding_impossible neglects spin accelerations against the direction of sliding that are below
+ * OPPOSED_ACCELERATION * (1 + largest damping rate), in the units of the series. Rounding errors of
  * the spin acceleration are far smaller. */
 #define OPPOSED_ACCELERATION 0x1p-32
 /* Width of the intervals at which bisection stops, as a fraction of the step. */
@@ -138,8 +138,8 @@ static double find_friction_crossing(const kr_series *s, int order, double sign,
     return find_first_negative(b, order, 0.0, 1.0);
 }
 /* Returns the time since the beginning of the step (negative backward in time) at which the
- * friction variable equals `value`. Newton's method starts at the time `near`. The result may be
- * earlier than `near` by about the time in which the friction variable changes by 2 * `noise`. */
+ * friction variable equals `value`. Newton's method starts at `near`, where the variable may differ
+ * from `value` by 2 * `noise`, so the result may be earlier than `near`. */
 static dd refine_friction_crossing(const kr_series s[2], int order, double value, double near,
                                    double noise)
 {
@@ -195,11 +195,11 @@ static int is_sliding_impossible(const kr_taylor *p, const kr_motion *motion)
                  noise = OPPOSED_ACCELERATION * (1.0 + v_largest(v_of(s->drag + 1)));
     return p->sliding != 0.0 && (motion->step < 0.0 ? -gain : gain) < -noise;
 }
-/* Sets p->sliding and p->before_hold at the end of a step in which the friction variable has
- * reached `value`: 0 if friction has stopped the top, and 1 or -1 if friction can no longer hold
- * it. If the tolerance is large, the spin may accelerate opposite to the chosen direction of
- * sliding. Then p->sliding becomes 0 (friction holds the top), because the next step would have
- * length zero. On the slow manifold (`is_slow`), the acceleration is too inaccurate for this. */
+/* Sets p->sliding and p->before_hold at the end of a step that ends with a switch. `value`, that of
+ * the friction variable, is 0 if the spin has vanished, and 1 or -1 if friction can no longer hold
+ * the top. If, at large tolerances, the top would be accelerated against the new direction of
+ * sliding, p->sliding becomes 0, to avoid a next step of length zero. This test is omitted on the
+ * slow manifold (`is_slow`), where the acceleration is too inaccurate. */
 static void update_friction_mode(kr_taylor *p, const kr_motion *motion, int order, double value,
                                  int is_slow)
 {

@@ -6,10 +6,10 @@
 
 enum { TERMS = KR_TAYLOR_MAX + 1 /* coefficients of a series */ };
 
-/* Writes the constants in k = scale[0] + scale[1] cos u + scale[2] sin u + scale[3] t sin u, with
- * the phase u of the shaking, and the time t since `since`, both times in units of 1 / rate. k is
- * the function of time `timing` (kr_timing, method.h): the acceleration g, 1, or the derivative of
- * g by the amplitude, rate or phase of the shaking. */
+/* Writes the constants `scale` in k = scale[0] + scale[1] cos u + scale[2] sin u + scale[3] t sin
+ * u, where u is the phase of the shaking, and t is counted from the time `since`, in units of 1 /
+ * rate. k is the acceleration along -e3, or its derivative by gravity, amplitude, rate or phase of
+ * the shaking, as selected by `timing` (kr_timing, method.h). */
 static void set_acceleration_coefficients(const kr_motion *motion, double rate, dd since,
                                           double timing, dd scale[4])
 {

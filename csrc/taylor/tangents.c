@@ -84,8 +84,8 @@ static tangent_set make_tangent_set(const kr_motion *motion, double *memory, siz
 }
 
 /* Location of a tangent: `from` is the struct of a single tangent, or the first struct of a batch.
- * In an array member of this struct, the first component of theta has the index `first`. Each
- * further component follows at a distance of `stride` doubles. */
+ * In array members of *from, component 0 of theta has the index `first`. The next components follow
+ * at distances of `stride` doubles, except for a gap before N (component_address). */
 typedef struct {
     kr_tangent *from;
     size_t first, stride;

@@ -14,11 +14,10 @@
 #define KR_TANGENTS_H
 #include "taylor.h"
 
-/* Eight Taylor series that describe tangents on one step or substep, about the time t of its
- * beginning. A single tangent, with rotation vector theta and momentum change N, is stored as the
- * eight numbers (0, theta | 0, N). A batch of eight tangents occupies six structs, one for each
- * component of (theta, N), with one tangent in each lane. At 20 and 30 digits, each struct of high
- * words is followed by a struct of low words of the double-double numbers. */
+/* Eight Taylor series about the time t, the beginning of a step or substep. They describe a single
+ * tangent, stored as (0, theta | 0, N), or one of the six components of (theta, N) of each of eight
+ * tangents. Such a batch occupies six structs, and tangent i has the index i in each array. With
+ * more than 16 digits, a struct of low words follows each struct of high words. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */
@@ -36,8 +35,8 @@ typedef struct kr_tangent {
     double truncation;              /* largest relative truncation error so far */
     double rotor_of[8];             /* (0, y); in a batch component k of each y, for k < 3 */
     double rotor_changes;           /* nonzero if y is not zero */
-    /* For single tangents only, with the symbols of support_deviation.h: (0, b), the derivative of
-     * the support's angular velocity along e1, e2, e3, and the kr_timing that selects k. */
+    /* For single tangents only: `pull` is (0, b), with b of support_deviation.h. `turning_of` is
+     * the derivative of O along e1, e2, e3. `timing` is the kr_timing that selects k. */
     double pull[4], turning_of[4], timing;
     double apex_of[4], friction_of; /* the derivatives of the apex, (0, d), and of the friction */
     double gradient_of;             /* the derivative of the gravity gradient */

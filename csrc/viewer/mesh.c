@@ -31,11 +31,11 @@ static double make_cuboid_of_mass(const kr_body *body, double mass, kr_box *box)
     box->density = mass / volume;
     return volume;
 }
-/* Writes to `box` a cuboid with the inertia and the product mass * com of the body, but any mass:
- * the one of density 1 or, if none is found, the largest one. Ternary search finds the mass of the
- * largest one, because the logarithm of the volume is a concave function of 1 / mass. Bisection
- * among larger masses finds density 1, because the density increases with the mass. The bisection
- * begins at a mass smaller by a factor 1.001, because ternary search is only approximate. */
+/* Writes to `box` a cuboid with the inertia and the product mass * com of the body. Its mass is
+ * chosen for density 1 or, if no such mass is found, for the largest volume. First, ternary search
+ * finds the mass of the largest volume, whose logarithm is a concave function of 1 / mass. Then,
+ * bisection finds density 1 among larger masses, because the density increases with the mass. The
+ * bisection begins at a mass smaller by a factor 1.001, because ternary search is approximate. */
 static void find_cuboid_with_free_mass(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
@@ -74,10 +74,10 @@ static kr_vec3 find_frame_without_energy_gain(const kr_scene *scene, double weig
               is_level = weight == 0.0 || (turning.x == 0.0 && turning.y == 0.0);
     return is_level && !is_damped ? v3(0.0, 0.0, 0.0) : turning;
 }
-/* Returns an upper bound on the angular speed relative to a frame with the angular velocity
- * scene->turning, in which the kinetic energy is at most `energy`. The bound is closer for a
- * Lagrange top in the inertial frame, because its spin never increases. All energy except that of
- * the initial spin is then assigned to a rotation about a transverse axis. */
+/* Returns an upper bound on the angular speed relative to the frame with the angular velocity
+ * scene->turning, if the kinetic energy in this frame is at most `energy`. The bound is closer for
+ * a Lagrange top if scene->turning is 0: its spin never increases, so that all energy except that
+ * of the initial spin is assigned to a rotation about a transverse axis. */
 static double bound_angular_velocity(const kr_scene *scene, double energy)
 {
     const kr_vec3 i = scene->body.inertia, a = v_unit(scene->body.com);

@@ -32,8 +32,8 @@ kr_box kr_mesh_box(const kr_body *body);
 /* Writes upper bounds on the magnitudes of the momentum and the angular velocity, forward in time,
  * for the scale of the picture. The bounds follow from the largest possible kinetic energy in a
  * frame in which the top never gains energy, and from the largest and smallest moments of inertia.
- * For a Lagrange top, the constant spin gives a closer bound. On a shaken support, both numbers are
- * only estimates, for the greatest acceleration. A bound of 0 is replaced by 1. */
+ * The spin of a Lagrange top never increases, which gives a closer bound in an inertial frame. On a
+ * shaken support, the bounds are estimates from the peak acceleration. 1 replaces a bound of 0. */
 void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity);
 /* Writes the trail of the apex on a sphere with the given radius. Older points of the trail are up
  * to 2 % closer to the centre of the sphere. Returns the number of points, <= KR_MESH_POINTS. */

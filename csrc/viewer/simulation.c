@@ -82,8 +82,8 @@ static void clear_incomplete_row(kr_simulation *simulation)
         for (int k = 0; k < KR_SIMULATION_MEASURES; k++)
             row->at[i][k] = row->low[i][k] = row->high[i][k] = NAN;
 }
-/* Halves the number of rows of the record and doubles `stride`: merges the rows 2k - 1 and 2k to
- * row k, with the time of row 2k. The last row 2k is the incomplete one, with index `rows`. */
+/* Doubles `stride` and halves the even number `rows`: merges rows 2k - 1 and 2k into row k, with
+ * the time of row 2k, for k = 1, 2, ... The last row 2k is the incomplete row, at index `rows`. */
 static void halve_record(kr_simulation *simulation)
 {
     for (int64_t k = 1; 2 * k <= simulation->rows; k++) {
@@ -245,8 +245,8 @@ static int take_step_within_budget(kr_simulation *simulation, kr_simulation_slot
     }
     return 1;
 }
-/* Sets *next to the top whose next step ends first, and returns the time of this end in ticks. If
- * no top can continue, except for tops that only serve as references, returns INT64_MAX. */
+/* Sets *next to the top whose next step ends first, and returns the time of this end in ticks.
+ * Returns INT64_MAX if no top can continue, or only tops that merely serve as references can. */
 static int64_t find_next_step(kr_simulation *simulation, kr_simulation_slot **next)
 {
     int64_t first = INT64_MAX;

@@ -8,8 +8,8 @@
 #include "kreisel.h"
 
 /* Indices of the measured values of a top: first all scalar quantities that do not change in a
- * rotation about the vertical, in the order of quantities.def; then KR_SIMULATION_ERROR, for the
- * attitude error against the reference [rad], and lastly one for kr_state_modified_energy. */
+ * rotation about the vertical, in the order of quantities.def; then KR_SIMULATION_ERROR (attitude
+ * error against the reference [rad]) and KR_SIMULATION_MODIFIED (kr_state_modified_energy). */
 enum {
 #define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_QUANTITY_TURNS))
     KR_SIMULATION_ERROR =
@@ -31,13 +31,13 @@ enum {
     /* The same number for the other quantities, which take longer to measure. */
     KR_SIMULATION_FULL_SAMPLES = 32,
     KR_SIMULATION_TICKS = 1000000, /* ticks in a unit of time */
-    /* Special values of kr_simulation_slot.reference: the top has no reference; the top only serves
-     * as a reference. When only such tops can continue, the simulation stops. */
+    /* Values of kr_simulation_slot.reference for a top without a reference, and for a top that only
+     * serves as a reference. When only tops of the second kind can continue, all tops stop. */
     KR_SIMULATION_NO_REFERENCE = -1,
     KR_SIMULATION_REFERENCE = -2,
-    /* The step budget: a call of kr_simulation_advance for n steps of the tops makes at most
-     * KR_SIMULATION_BUDGET + KR_SIMULATION_BUDGET_PER_STEP * n steps of the methods, or up to 256
-     * more, because these are counted in blocks. Such a call takes milliseconds if n is small. */
+    /* The step budget: kr_simulation_advance with `most` = n makes at most KR_SIMULATION_BUDGET +
+     * KR_SIMULATION_BUDGET_PER_STEP * n + 256 internal steps of the methods; + 256, because
+     * internal steps are counted in blocks. If n is small, such a call takes milliseconds. */
     KR_SIMULATION_BUDGET = 32,
     KR_SIMULATION_BUDGET_PER_STEP = 4
 };

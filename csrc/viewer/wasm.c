@@ -81,8 +81,8 @@ EXPORT(const char *, kr_page_kind, (const kr_body *body))
 }
 
 /* Returns six numbers for a symmetric top: smallest and largest nutation angle [rad], critical spin
- * (kr_nutation), mean rate of precession, period of the nutation, and spin. The rate and the period
- * are NaN if unknown, the period also if infinite. Returns NULL if kr_exact_nutation fails. */
+ * [T^-1], mean rate of precession [T^-1], period of the nutation [T], and spin [T^-1]. Rate and
+ * period are NaN if unknown or infinite. Returns NULL if kr_exact_nutation fails. */
 EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 {
     kr_nutation nutation;
