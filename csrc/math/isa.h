@@ -1,16 +1,16 @@
 /* Macros for source files that are compiled once for each instruction set: base, avx2 and avx512.
- * KR_NAME appends the name of the instruction set to the names of exported functions. The baseline
- * is the instruction set for which the compiler generates code by default. For the others,
- * CMakeLists.txt passes the option -DKR_ISA=avx2 or -DKR_ISA=avx512. It also defines KR_WITH_AVX2
- * and KR_WITH_AVX512 if the build includes these instruction sets. */
+ * KR_NAME(f) is the name f_base, f_avx2 or f_avx512 of an exported function f. The set base, the
+ * baseline, is the one for which the compiler generates code by default. For the other two sets,
+ * CMakeLists.txt defines KR_ISA as avx2 or avx512. CMakeLists.txt also defines KR_WITH_AVX2 and
+ * KR_WITH_AVX512 if the build includes these sets. */
 #ifndef KR_ISA_H
 #define KR_ISA_H
 #include <math.h> /* FP_FAST_FMA */
 
 /* KR_FMA, KR_AVX2 and KR_AVX512 are defined if the compiler may use FMA, AVX2 or AVX-512
- * instructions. The library in one file (cmake/amalgamate.py) permits these instructions by
- * function attributes instead of compiler options. Clang then does not define macros such as
- * __AVX2__, so that file defines KR_TARGET_AVX2 and similar macros. */
+ * instructions. kreisel.c, the library in one file (cmake/amalgamate.py), permits these
+ * instructions by function attributes instead of compiler options. Because clang then does not
+ * define macros such as __AVX2__, kreisel.c defines KR_TARGET_AVX2 and similar macros. */
 #if defined __FMA__ || defined KR_TARGET_FMA
 #  define KR_FMA
 #endif
@@ -20,17 +20,17 @@
 #if defined __AVX512F__ || defined KR_TARGET_AVX512F
 #  define KR_AVX512
 #endif
-/* KR_FUSED is defined if the hardware has fused multiply-add. Two instruction sets give bitwise
- * identical results if KR_FUSED is defined for both or for neither. */
+/* KR_FUSED is defined if the compiler may use fused multiply-add. Two instruction sets give bitwise
+ * identical results if both use fused multiply-add or if neither does. */
 #if defined KR_FMA || defined __aarch64__ || defined FP_FAST_FMA
 #  define KR_FUSED
 #endif
 
 /* INLINE forces the compiler to inline a function, because a call in a loop of SIMD code would save
- * all vector registers to memory. APART prevents inlining of rarely called functions. If KR_SMALL
- * or KR_SMALL_FILE is defined, the compiler decides what to inline, and the code is smaller.
- * KR_SMALL_FILE is defined in files that define KR_LONG_FUNCTIONS and have no fused multiply-add,
- * if the build has other instruction sets or KR_ONE_ISA (cmake/amalgamate.py). */
+ * all vector registers to memory. APART keeps rarely called code out of its callers. If KR_SMALL or
+ * KR_SMALL_FILE is defined, the compiler decides what to inline, which gives smaller code. A file
+ * with KR_LONG_FUNCTIONS is compiled with KR_SMALL_FILE if it is compiled without FMA, and the
+ * build either includes AVX2 or AVX-512, or is limited to one instruction set (KR_ONE_ISA). */
 #if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
 #  if defined KR_WITH_AVX2 || defined KR_WITH_AVX512 || defined KR_ONE_ISA
 #    define KR_SMALL_FILE
@@ -52,9 +52,9 @@
 #  define KR_BATCHED(function) function
 #endif
 
-/* KR_PLAIN selects standard C99 without SIMD vector types. It is defined here for compilers without
- * __builtin_shufflevector, which SIMD code requires. KR_BASE_NAME is the name of the baseline that
- * is shown to users. It is "neon" on aarch64, because every aarch64 processor has NEON. */
+/* KR_PLAIN selects standard C99 without SIMD vector types. This header defines KR_PLAIN if the
+ * compiler lacks __builtin_shufflevector. KR_BASE_NAME is the baseline's name for users: "neon" on
+ * aarch64 (whose processors all have NEON) without KR_PLAIN, else "base" unless already defined. */
 #if !defined KR_PLAIN && (!defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12))
 #  define KR_PLAIN
 #endif
@@ -71,8 +71,8 @@
 #define KR_PASTED(a, b) KR_PASTE(a, b)
 #define KR_NAME(thing) KR_PASTED(thing, KR_ISA)
 
-/* KR_SCALAR_NAME(thing) is the name of scalar code compiled for AVX2, or for the baseline if the
- * build lacks AVX2. It is also used with AVX-512, which does not make scalar code faster. */
+/* KR_SCALAR_NAME(thing) is the scalar function that AVX2 and AVX-512 use: compiled for AVX2,
+ * because AVX-512 would not be faster, or for the baseline if the build lacks AVX2. */
 #if defined KR_WITH_AVX2
 #  define KR_SCALAR_NAME(thing) thing##_avx2
 #else

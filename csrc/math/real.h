@@ -1,10 +1,10 @@
-/* Arithmetic of a template: a header that is compiled first for doubles and then, with KR_DEEP
- * defined, for double-doubles (dd.h). Source files include real.h before each inclusion of the
- * template. `real` is the type of numbers, and `real_vec` of vectors. REAL forms the names of types
- * and functions of the template, and VEC the names of vector functions (su2.h, su2_dd.h). r_of is
- * hi + lo, or hi without KR_DEEP. r_dd converts a dd to a `real`, and r_vdd a vec_dd to a
- * `real_vec`. r_get(from, member) and r_put(to, member, a) load and store a real_vec in an array of
- * structs: high words in [0].member and, with KR_DEEP, low words in [1].member. */
+/* Arithmetic for templates. A template is a header that is compiled for doubles and again, with
+ * KR_DEEP defined, for double-doubles (dd.h); source files include real.h before each inclusion.
+ * `real` is the type of numbers, and `real_vec` of vectors. REAL(f) is plain_f or deep_f, and
+ * VEC(f) is v_f or vdd_f (su2.h, su2_dd.h). r_of(hi, lo) is hi + lo as a `real` (hi for doubles),
+ * r_dd(a) converts a `dd` to a `real`, and r_vdd(a) a `vec_dd` to a `real_vec`. r_get(from, member)
+ * and r_put(to, member, a) load and store a `real_vec` in an array of structs: the doubles `hi` are
+ * in [0].member and, with KR_DEEP, the doubles `lo` in [1].member. */
 #undef real
 #undef real_vec
 #undef REAL

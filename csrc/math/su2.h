@@ -1,7 +1,7 @@
 /* Vectors and unit quaternions (SU(2)), passed by value. Names of vector functions begin with v_,
  * and names of quaternion functions with q_. A unit quaternion q with the conjugate q* rotates the
- * vector v to q v q*. An attitude rotates from the body frame to the space frame, whose third axis
- * e3 is the vertical. (The thesis, Bodack 2008, denotes q by Phi^-1.) */
+ * vector v to q v q*. If q is an attitude, v has components along axes fixed in the body, and q v
+ * q* along the axes of space; the third of these, e3, is vertical. (Bodack 2008: q is Phi^-1.) */
 #ifndef KR_SU2_H
 #define KR_SU2_H
 #include "kreisel.h"
@@ -78,9 +78,9 @@ static inline kr_quat q_near(kr_quat q, kr_quat last)
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
 }
 static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
-/* Returns q / |q|, if |q| differs from 1 only by rounding errors. One step of Newton's method gives
- * q + e q with e = (1 - |q|^2) / 2. This sum is not computed as the product (1 + e) q, because
- * rounding errors would then not average out: the energy would drift by 1e-12 in 1e6 steps. */
+/* Returns q / |q|, if |q| differs from 1 only by rounding errors. A step of Newton's method gives q
+ * + e q with e = (1 - |q|^2) / 2. In the product (1 + e) q, rounding errors would not average out:
+ * the energy of a top would drift by a relative 1e-12 in 1e6 time steps. */
 static inline kr_quat q_renormalize(kr_quat q)
 {
     const double e = 0.5 - 0.5 * q_dot(q, q);
@@ -135,9 +135,9 @@ static inline kr_quat q_tilt(kr_vec3 a)
     if (a.z < -0.5) return q_mul(q_tilt(v3(-a.x, -a.y, -a.z)), q4(0.0, v3(1.0, 0.0, 0.0)));
     return q_unit(q4(1.0 + a.z, v3(-a.y, a.x, 0.0)));
 }
-/* Returns a unit quaternion q that rotates e1, e2, e3 to the right-handed orthonormal n, b, t.
- * Normalizes 4 c q, where c is the component of q with the largest magnitude, because the other
- * components could cause cancellation (Shepperd 1978). */
+/* Returns a unit quaternion q that rotates e1, e2, e3 to the right-handed orthonormal set n, b, t,
+ * by normalizing the computed multiple 4 c q of q. Here, c is the component of q with the largest
+ * magnitude, because a small c could cause cancellation (Shepperd 1978). */
 static inline kr_quat q_of_frame(kr_vec3 n, kr_vec3 b, kr_vec3 t)
 {
     const double w = 1.0 + n.x + b.y + t.z, x = 1.0 + n.x - b.y - t.z, y = 1.0 - n.x + b.y - t.z,

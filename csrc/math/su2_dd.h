@@ -1,6 +1,6 @@
-/* Vectors and quaternions of double-double numbers (dd.h), passed by value, for states computed to
- * 20 or 30 digits. The functions vdd_... for vectors and qdd_... for quaternions do the same as the
- * functions v_... and q_... of su2.h. */
+/* Vectors and quaternions of double-doubles (dd.h), passed by value, for motions that the user
+ * requests with 20 or 30 digits. A function vdd_f or qdd_f does the same as v_f or q_f of su2.h, if
+ * that exists, but its arguments and results have components of type `dd`. */
 #ifndef KR_SU2_DD_H
 #define KR_SU2_DD_H
 #include "dd.h"

@@ -1,7 +1,7 @@
-/* Sine, cosine and arc tangent with errors of at most 2 units in the last place. The functions in
- * this file sum power series with + - * / and sqrt, which are correctly rounded, and fmod, which is
- * exact. They use neither tables nor fused multiply-add. Their results, unlike the results of libm,
- * are therefore bitwise identical for all compilers and processors, and in WebAssembly. */
+/* Sine, cosine and arc tangent with errors of at most 2 units in the last place (if |x| < 2^19).
+ * The functions in this file sum power series with + - * / and sqrt, which are correctly rounded,
+ * and fmod, which is exact. They use neither tables nor fused multiply-add. Unlike libm, they give
+ * bitwise identical results for all compilers and processors, and in WebAssembly. */
 #ifndef KR_TRIG_H
 #define KR_TRIG_H
 #include <math.h>
@@ -40,8 +40,8 @@ static inline void sin_cos(double x, double *sine, double *cosine)
     turns = x * 0.63661977236758138 + to_integer;
     memcpy(&quadrant, &turns, sizeof quadrant);
     turns -= to_integer;
-    /* pi/2 is split into three parts (from fdlibm). The products of `turns` and the first two parts
-     * are exact: these have 33 bits, and `turns` is an integer below 2^20 in magnitude. */
+    /* pi/2 is split into three parts (from fdlibm), of which the first two have 33 bits. Their
+     * products with `turns` are exact, because |turns| is an integer below 2^20. */
     r = ((x - turns * 1.57079632673412561417e+00) - turns * 6.07710050630396597660e-11) -
         turns * 2.02226624879595063154e-21;
     cos_sinc_small(r * r, &c, &s);

@@ -3,9 +3,9 @@
 #define KR_WIDE_FUNCTIONS_H
 #include "simd.h"
 
-/* Writes the sine and cosine of x. The nearest multiple n pi/2 is subtracted from x. The sine and
- * cosine of the difference y are computed by the polynomials of trig.h. The low bits of the sum
- * u = n + 1.5 * 2^52 are the low bits of n. Requires |x| < 2^51. */
+/* Writes the sine and cosine of x, for |x| < 2^51. The polynomials of trig.h give those of y, the
+ * difference between x and the nearest multiple n pi/2. The low two bits of n, also those of u = n
+ * + 1.5 * 2^52, tell whether to swap the two, and their signs. */
 INLINE void wide_sin_cos(wide x, wide *sine, wide *cosine)
 {
     const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),
@@ -57,8 +57,8 @@ INLINE wide wide_log(wide x)
     return wide_fma(exponent, wide_splat(LN_2), sum);
 }
 /* Returns the natural logarithm of x, computed without a division. Its absolute error of at most
- * 1e-8 is small enough for Lyapunov exponents. For x = (1 + m) * 2^exponent, a polynomial
- * interpolates ln(1 + m) / m at Chebyshev nodes. Requires that x is positive and normal. */
+ * 1e-8 is small enough for Lyapunov exponents. With m = mantissa(x) - 1, a polynomial interpolates
+ * ln(1 + m) / m at Chebyshev nodes of the range of m. Requires that x is positive and normal. */
 INLINE wide wide_approx_log(wide x)
 {
     static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,

@@ -1,10 +1,10 @@
 /* The inertia J, the principal axes and the kind (integrable case) of a body with a fixed point.
  * `com` is the vector from this point to the centre of mass. A body is symmetric if two of its
  * principal moments of inertia are equal up to rounding errors, and spherical if all three are. A
- * rotor (kreisel.h) is axial if its momentum is along the symmetry axis. Users describe a body in
- * the frame of description, and kr_body.axes is the quaternion that rotates vectors from the
- * principal axes into this frame. The principal axes are computed by Jacobi's eigenvalue method,
- * which is accurate even if principal moments coincide. */
+ * rotor (kreisel.h) is axial if its momentum is along the symmetry axis; for a spherical body,
+ * along com, or any axis if com = 0. Users describe a body in the frame of description, and
+ * kr_body.axes rotates vectors from the principal axes into this frame. The principal axes are
+ * computed by Jacobi's eigenvalue method, which is accurate even if principal moments coincide. */
 #include "body.h"
 
 /* Returns 1 if the principal moments i are positive, and none exceeds the sum of the other two by
@@ -25,8 +25,8 @@ kr_status kr_body_check(const kr_body *b)
     return are_moments_physical(b->inertia, b->rounded) ? KR_OK : KR_ERR_BODY;
 }
 /* Returns 1 if some distribution of mass has the inertia J and the vector com, up to a tolerance.
- * The matrix of second moments is S = (tr J / 2) 1 - J about the fixed point. S - mass com com^t
- * about the centre of mass must be positive semidefinite: mass <com, S^-1 com> <= 1 if S > 0. */
+ * The matrix of second moments is S = identity * (tr J) / 2 - J about the fixed point; about the
+ * centre of mass, it is S - mass com com^t >= 0. If S > 0, this means mass <com, S^-1 com> <= 1. */
 int kr_body_is_physical(const kr_body *b)
 {
     const kr_vec3 i = b->inertia, c = b->com;
@@ -105,9 +105,9 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
                v_largest(v_cross(v_unit(b->com), v_unit(b->rotor))) <= rtol;
     return largest_off_axis_component(b->rotor, axis) <= rtol * v_largest(b->rotor);
 }
-/* Returns the kind of the body. An axial rotor changes neither KR_KIND_EULER nor KR_KIND_LAGRANGE,
- * because it only adds the rate -rotor / I3 to the rotation about the symmetry axis, where I3 is
- * the moment about this axis. Any other rotor gives KR_KIND_GYROSTAT or KR_KIND_GENERAL. */
+/* Returns the kind of the body. An axial rotor changes neither KR_KIND_EULER nor KR_KIND_LAGRANGE:
+ * with the momentum h and the moment I3 about the symmetry axis, it only adds the rate -h / I3 to
+ * the spin. Else, a rotor turns KR_KIND_EULER into KR_KIND_GYROSTAT, and others into _GENERAL. */
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const kr_kind kind = find_kind_without_rotor(b, rtol);
@@ -139,9 +139,9 @@ int kr_body_last_axis(const kr_body *b)
     const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
     return (middle + 1) % 3;
 }
-/* Returns working axes (body.h) of a spherical body, with the third axis along the vector
- * third_axis, which is given along the principal axes. Sets all moments to their mean, because they
- * may differ by rounding errors. Requires equal components of `damping`. */
+/* Returns the working axes (body.h) of a spherical body, the third of them along third_axis, whose
+ * components refer to the principal axes. Replaces the moments, which may differ by rounding
+ * errors, by their mean. Requires equal components of `damping`. */
 static kr_working choose_spherical_axes(const kr_body *b, kr_vec3 third_axis, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
@@ -169,8 +169,8 @@ kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
 {
     const int is_even = damping.x == damping.y && damping.y == damping.z;
     /* With equal damping about all axes, the third working axis (body.h) of a spherical body is
-     * along com if com is not zero and the rotor is zero or parallel to com. Otherwise, it is along
-     * rotor or -rotor, whichever has a component >= 0 along principal axis 3. */
+     * along com if com != 0 and any rotor is parallel to com, else along rotor or -rotor, whichever
+     * has a component >= 0 along principal axis 3, else (no com, no rotor) a principal axis. */
     const int is_about_com = v_largest(b->com) > 0.0 && kr_body_is_rotor_axial(b, KR_KIND_RTOL);
     const kr_vec3 last_axis = is_about_com || !kr_body_has_rotor(b)
                                   ? b->com
@@ -252,9 +252,9 @@ static int is_axis_through_com(const kr_body *b, int axis)
     return largest_off_axis_component(b->com, axis) * (fabs(J.z - J.x) / fmax(J.z, J.x)) <=
            KR_KIND_RTOL * v_largest(b->com);
 }
-/* Returns the quaternion of principal axes of b. If b is symmetric, returns the axes nearest to the
- * frame of description, unless the symmetry axis passes through the centre of mass up to rounding
- * errors: the third axis is then the symmetry axis, along `com` or -com if com is not zero. */
+/* Returns the principal axes of b; com is in the frame of description. Asymmetric: b->axes. If the
+ * symmetry axis passes through the centre of mass (up to rounding errors), it becomes the third
+ * axis, along com or -com if com != 0. Else: the axes nearest to the frame of description. */
 static kr_quat choose_axes_of_symmetric_body(const kr_body *b, kr_vec3 com)
 {
     const int axis = find_symmetry_axis(b, KR_KIND_RTOL);

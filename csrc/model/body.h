@@ -1,6 +1,6 @@
 /* Working axes of a body: the principal axes in the order that the integration methods require. The
- * third one is the axis of the moment of inertia that differs from the other two. If all moments
- * differ, the second one is the axis of the intermediate moment. */
+ * third one is the axis of the moment that differs from the other two (of a spherical body: along
+ * com or rotor). If all moments differ, the second is the axis of the intermediate moment. */
 #ifndef KR_BODY_H
 #define KR_BODY_H
 #include "math/su2.h"

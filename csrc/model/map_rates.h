@@ -1,15 +1,15 @@
-/* The step, the conserved energy and the rates of rotation of the fourth-order map bobenko_suris4
- * of the Lagrange top. The units are chosen such that the moment of inertia I1 is 1. Let a be the
- * symmetry axis, m the momentum, e the step of the map, u = <a,e3>, c = <m,a>, l = <m,e3>, g u the
- * potential energy, and b = e^2 g / 4. The energy is H = |m|^2/2 + g u if I3 = 1; for other tops,
- * the constant c^2 (1/I3 - 1)/2 must be added. With the Cayley transform Cay(e m), the rotation
+/* The step, the conserved energy and the rotations of the fourth-order map bobenko_suris4 of the
+ * Lagrange top. The units are chosen such that the moment I1 is 1. Let a be the symmetry axis, m
+ * the momentum, e the step of the map (not a vector e1, e2, e3), u = <a,e3>, c = <m,a>, l = <m,e3>,
+ * g = mass * gravity * com.z / I1, g u the potential energy, and b = e^2 g / 4. The energy is
+ * H = |m|^2/2 + g u if I3 = 1; else c^2 (1/I3 - 1)/2 must be added. With Cay(e m), the rotation
  * about m by the angle 2 atan(e |m| / 2), a step of the map consists of
- *     m += (e/2) V' e3 x a,    then    a -> Cay(e m) a,    then again    m += (e/2) V' e3 x a,
- * where V'(u) = g (1 - b u) / (1 + b^2 u^2). The map conserves c, l and
- *     K = (1 + b^2 u^2) (|m|^2/2 + V' (u + e^2 c l / 4) - e^2 V'^2 (1 - u^2) / 8)
+ *     m += (e/2) F e3 x a,    then    a -> Cay(e m) a,    then again    m += (e/2) F e3 x a,
+ * where F = g (1 - b u) / (1 + b^2 u^2). The map conserves c, l and
+ *     K = (1 + b^2 u^2) (|m|^2/2 + F (u + e^2 c l / 4) - e^2 F^2 (1 - u^2) / 8)
  *         + e^2 g^2 (1 + u^2) / 8
  * which equals H + e^2 g l c / 4 + O(e^4). The map follows the same orbit as the continuous motion
- * of the top, but at a different rate. To first order in g and to all orders in e |m|, a step e of
+ * of the top, but takes another time. To first order in g and to all orders in e |m|, a step e of
  * the map equals the motion of the top during the time h, followed by rotations by the angle
  * -e g c om about e3 and by the angle -e g l om about a, with
  *     z = e^2 K / 2,    h = e (A + g l c e^4/8 (B + (1 + z) dB/dz)),    om = e^2 B / 4

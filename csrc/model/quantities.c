@@ -1,18 +1,18 @@
 /* Physical quantities of a state, such as energies, momenta and angles. Let R be the attitude of
  * the principal axes, m the momentum in space, J the inertia, D the damping and h the momentum of
- * the rotor. Along the principal axes, the momentum is M = R* m R, the vertical is P = R* e3 R, and
- * the angular velocity in the inertial frame is W = J^-1 (M - h). The kinetic energy T, the
- * potential energy U, the equation of motion and the force of the support on the body are
+ * the rotor. Along the principal axes, M = R* m R is the momentum, P = R* e3 R the vertical, apex
+ * the direction of com (body.h), W = J^-1 (M - h) the angular velocity in the inertial frame, and
+ * W' the derivative of its components. Kinetic energy T, potential energy U, equation of motion:
  *     T = <V, J V> / 2,   U = mass g <com, P> + k <P, J P> / 2 - <O, J O> / 2 - <h, O>
  *     J W' = M x W + P x (mass g com + k J P) - D V + f apex
  *     force = mass R (W' x com + W x (W x com) - k (<P, com> P - com / 3)) R* + mass g e3
- * where k is the gravity gradient, f the torque of dry friction (kr_friction_torque), g the
- * acceleration due to gravity and to the shaking of the support, O = R* turning R the angular
- * velocity of the support, and V = W - O the angular velocity relative to the support. Equations
- * (5.1) and (5.2) of the thesis (Bodack 2008) define the integrals of Kowalewski and
- * Goryachev-Chaplygin. Euler's angles are z-x-z. They describe the attitude r of a frame fixed in
- * the body, whose third axis is the apex, by rotations exp(...) (q_exp in su2.h):
- *     r = exp(e3 precession_angle) exp(e1 nutation) exp(e3 spin_angle) */
+ * where `force` is that of the support on the body, k the gravity gradient, f the torque of dry
+ * friction (kr_friction_torque), g the acceleration due to gravity and to the shaking of the
+ * support, O = R* turning R the angular velocity of the support, and V = W - O. (In the file
+ * quantity_tangents.c, P is called V, and V is called U.) The integrals of Kowalewski and
+ * Goryachev-Chaplygin are (5.1) and (5.2) of the thesis (Bodack 2008). The z-x-z Euler angles
+ * describe the attitude r of a frame that is fixed in the body and has the apex as third axis:
+ *     r = exp(e3 precession_angle) exp(e1 nutation) exp(e3 spin_angle)      (q_exp in su2.h) */
 #include "quantities.h"
 #include "math/trig.h"
 #include "map_rates.h"
@@ -195,10 +195,10 @@ double kr_state_third_wheel_rate(const kr_scene *scene, const kr_state *s)
     return find_wheel_rate(scene, s, 2);
 }
 
-/* Writes momentum / I1 to `m`, and (mass * gravity * |com| / I1) * vertical to `p`. The components
- * of m and p are along a, o x a and o. Here, o is the symmetry axis of the inertia tensor, I1 the
- * moment about an axis normal to o, and a = -com / |com|. Returns 0 if the top is not of the
- * integrable case `kind`, or if the support is shaken or there is a gravity gradient. */
+/* Writes the vectors of Kowalewski's equations: momentum / I1 to `m`, and the vertical times mass *
+ * gravity * |com| / I1 to `p`. Their components are along a = -com / |com|, o x a and o, where o is
+ * the symmetry axis of the inertia tensor, and I1 the moment about a. Returns 0 if the kind of the
+ * body is not `kind`, if the support is shaken, or if there is a gravity gradient. */
 static int find_integral_vectors(const kr_scene *scene, const kr_state *s, kr_kind kind, kr_vec3 *m,
                                  kr_vec3 *p)
 {
@@ -235,9 +235,9 @@ double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 g
     const double spin = v_dot(v_sub(M, h), eased) - v_dot(O, apex), most = scene->friction,
                  needed = -v_dot(gain, apex) / v_dot(apex, eased),
                  size = v_largest(eased) * (v_largest(M) + v_largest(h)) + v_largest(O);
-    /* The torque `needed` keeps a zero spin at zero if |needed| <= most. Otherwise, the
-     * friction torque is -most or most, against the spin that the top has or will gain. Spins below
-     * SPIN_OF_HELD * size count as zero: they are sums of terms up to `size`, which may cancel. */
+    /* The torque `needed` keeps a zero spin at zero if |needed| <= most. Else, the torque is most
+     * or -most, against the spin or, if the spin is zero, towards `needed`. `spin` is a sum of
+     * terms up to `size` that may cancel; below SPIN_OF_HELD * size, it counts as zero. */
     const int is_zero = fabs(spin) <= SPIN_OF_HELD * size;
     *holds = is_zero && fabs(needed) <= most;
     if (is_zero) return fmax(-most, fmin(needed, most));

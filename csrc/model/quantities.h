@@ -1,4 +1,4 @@
-/* The table of physical quantities, and their components, which define events (kreisel.h). */
+/* The table of physical quantities, and the components that event functions use (kreisel.h). */
 #ifndef KR_QUANTITIES_H
 #define KR_QUANTITIES_H
 #include "kreisel.h"
@@ -51,8 +51,8 @@ double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 g
 #include "quantities.def"
 #undef Q
 
-/* A component of a quantity, such as one coordinate of a vector. In event functions, components
- * have numbers from 1; the number 0 stands for the constant 1 (KR_COMPONENT_ONE). */
+/* A component of a quantity, such as one coordinate of a vector. Event functions identify it by the
+ * number 1 + KR_AXES * quantity + axis, and the constant term by KR_COMPONENT_ONE = 0. */
 typedef struct kr_component {
     int quantity, axis; /* KR_QUANTITY_...; index of the double, from 0 */
 } kr_component;

@@ -1,10 +1,10 @@
-/* Derivatives of quantities such as the energy. They are computed from the tangents of the state:
- * the derivatives of the state with respect to the initial state and the parameters. Let R be the
- * attitude of the principal axes, J the inertia and h the momentum of the rotor. Along these axes,
- * the momentum is M = R* m R, the angular velocity W = J^-1 (M - h), the vertical V = R* e3 R, the
- * angular velocity of the support O = R* turning R, and U = W - O. An infinitesimal rotation vector
- * theta along the principal axes, a change dm of the momentum in space, and changes dJ, dh and
- * dturning of the parameters cause the changes
+/* Derivatives of quantities such as the energy with respect to the initial state and parameters,
+ * computed from such derivatives of the state (tangents). Let R be the attitude of the principal
+ * axes, J the inertia and h the momentum of the rotor. Along these axes, M = R* m R is the
+ * momentum, W = J^-1 (M - h) the angular velocity, V = R* e3 R the vertical (quantities.c: P),
+ * O = R* turning R the angular velocity of the support, and U = W - O (quantities.c: V). A small
+ * rotation vector theta along the principal axes, a change dm of the momentum in space, and changes
+ * dJ, dh and dturning of the parameters cause the changes
  *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dh - dJ W),   dV = V x theta,
  *     dO = O x theta + R* dturning R,   dU = dW - dO,
  * and a vector R v R* in space changes by R (dv + theta x v) R*. The gravity gradient is k, the
@@ -24,9 +24,9 @@ typedef struct quantity_point {
     kr_vec3 apex;         /* kr_body_apex (body.h) */
     double reach, weight; /* reach: |com| */
 } quantity_point;
-/* An infinitesimal change of the state and of at most one parameter. The members M to apex, and
- * `weight`, are changes of the members of quantity_point with these names. The members moments to
- * turning, and `gradient`, are changes of parameters (kr_body and kr_scene in kreisel.h). */
+/* An infinitesimal change of the state and of at most one parameter. M, W, V, O, U, apex and weight
+ * are changes of the members of quantity_point with these names; moments, com, damping, rotor,
+ * turning and gradient are changes of parameters (kr_body and kr_scene in kreisel.h). */
 typedef struct quantity_change {
     kr_vec3 described_turn; /* theta in the frame of description */
     kr_vec3 push;           /* dm, in space */
@@ -95,8 +95,8 @@ static kr_vec3 find_euler_frame_turn(const quantity_point *at, const quantity_ch
                                                       combine_axes(at->described, by->apex));
     return v_add(turn, q_turn(at->state->q, tilt));
 }
-/* Returns the unit vector along the horizontal projection of the apex, or NaN if the apex is
- * vertical. Writes the length of this projection, and the apex in space. */
+/* Returns the unit vector along the horizontal projection of the apex; its x and y are NaN if the
+ * apex is vertical. Writes the length of this projection, and the apex in space. */
 static kr_vec3 find_horizontal_apex_direction(const quantity_point *at, double *length,
                                               kr_vec3 *apex)
 {
@@ -104,9 +104,9 @@ static kr_vec3 find_horizontal_apex_direction(const quantity_point *at, double *
     *length = sqrt(apex->x * apex->x + apex->y * apex->y);
     return v3(apex->x / *length, apex->y / *length, 0.0);
 }
-/* If the Euler angles change by dprecession, dnutation and dspin, their frame rotates by `turn` =
- * dprecession * e3 + dnutation * n + dspin * apex, with the unit vector n along the line of nodes.
- * tangent_of_precession_angle returns dprecession, and tangent_of_spin_angle returns dspin. */
+/* If the Euler angles change, their frame rotates by turn = dprecession * e3 + dnutation * n +
+ * dspin * apex, where n is horizontal and normal to the apex. With the horizontal direction `along`
+ * of the apex, <along, turn> = dspin * length, and turn.z = dprecession + dspin * apex.z. */
 static double tangent_of_precession_angle(const quantity_point *at, const quantity_change *by)
 {
     double length;
@@ -165,8 +165,8 @@ static kr_vec3 change_in_rotating_axes(double dangle, kr_vec3 v, kr_vec3 dv)
 {
     return v3(dv.x + dangle * v.y, dv.y - dangle * v.x, dv.z);
 }
-/* Writes the vectors m and p of a top of the integrable case `kind`, and their changes, to `f`.
- * Returns 0 if the top is of another kind, or leaves this kind by the parameter change in `by`. */
+/* Writes the vectors m and p of find_integral_vectors and their changes to `f`, and returns 1; or 0
+ * if the integral of the case `kind` is undefined for the top or the parameter change in `by`. */
 static int find_integral_vector_changes(const quantity_point *at, const quantity_change *by,
                                         kr_kind kind, integral_vectors *f)
 {
@@ -208,9 +208,9 @@ static double tangent_of_goryachev_chaplygin(const quantity_point *at, const qua
     return f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }
-/* Adds J^-1 (torque * a), the effect of dry friction about the apex a, to `acceleration`. Returns
- * the derivative of the sum. `dacceleration` is the derivative of alpha, the acceleration without
- * friction. If friction keeps the spin at zero, torque = -<alpha, a> / <a, J^-1 a>. */
+/* Adds J^-1 (torque * a), the effect of dry friction about the apex a, to *acceleration. Returns
+ * the derivative of the sum, given that of alpha, the old *acceleration. If friction keeps the spin
+ * at zero, torque = -<alpha, a> / <a, J^-1 a>; else, it is -friction or friction. */
 static kr_vec3 add_friction_to_acceleration(const quantity_point *at, const quantity_change *by,
                                             kr_vec3 *acceleration, kr_vec3 dacceleration)
 {
@@ -395,8 +395,8 @@ static double find_gravity_derivative(const quantity_point *at, int shaking_para
     return shaking_parameter == 3 ? by_phase
                                   : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
-/* Sets the members of `by` from described_turn to apex, and by->weight, given the parameter changes
- * in `by` and a column of the tangent matrix: theta in the frame of description, followed by dm. */
+/* Sets the changes of the state (and of `weight`) in `by`, given its parameter change and a column
+ * of the tangent matrix: theta in the frame of description, followed by dm. */
 static void set_vector_changes(const quantity_point *at, const double tangent_column[6],
                                quantity_change *by)
 {

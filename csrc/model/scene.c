@@ -99,9 +99,9 @@ static double largest_support_rate(const kr_scene *scene)
     const double shaking = kr_support_shakes(scene) ? scene->shaking.rate : 0.0;
     return fmax(v_largest(scene->turning), shaking);
 }
-/* Returns the unit of moments and the pendulum frequency like kr_scene_swing (scene.h). If the
- * support is shaken, its largest acceleration replaces gravity if that is smaller. In a gravity
- * gradient k, the frequency is at least sqrt(|k|), a bound on the frequency of librations. */
+/* Returns the unit of moments and the pendulum frequency like kr_scene_swing (scene.h), but with
+ * the larger of gravity and the greatest acceleration of the shaken support. In a gravity gradient
+ * k, the frequency is at least sqrt(|k|), the upper bound of the frequency of librations. */
 static kr_swing find_fastest_swing(const kr_scene *scene, const kr_working *working)
 {
     const kr_shaking *shaking = &scene->shaking;

@@ -20,8 +20,8 @@ typedef struct kr_pull {
 /* Returns the factors: mass, gravity and `com` scaled by powers of two to magnitudes below one. */
 kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 
-/* Returns the kind (integrable case) of a top. If gravity = 0, the centre of mass is assumed at the
- * fixed point, even if the support is shaken. */
+/* Returns the kind (integrable case) of a top without disturbances (kr_scene_is_disturbed). Without
+ * gravity, the centre of mass has no effect, and the kind is that of a body with com = 0. */
 kr_kind kr_scene_kind(const kr_scene *scene);
 static inline int kr_support_turns(const kr_scene *scene)
 {
@@ -41,8 +41,8 @@ static inline int kr_scene_is_disturbed(const kr_scene *scene)
 {
     return v_largest(scene->damping) > 0.0 || kr_scene_needs_extra_terms(scene);
 }
-/* Returns 1 if the support rotates about the vertical only. In the inertial frame, an undamped top
- * then moves as if the support were at rest. */
+/* Returns 1 if the support rotates about the vertical only. In the inertial frame, a top without
+ * damping and friction then moves as if the support did not rotate. */
 static inline int kr_support_turns_about_vertical(const kr_scene *scene)
 {
     return scene->turning.z != 0.0 && scene->turning.x == 0.0 && scene->turning.y == 0.0;

@@ -1,4 +1,4 @@
-/* Initial states given by velocities, Euler angles, or spin and tilt. */
+/* Initial states given by velocities, momenta, Euler angles or spin; steady precession; wheels. */
 #include <math.h>
 #include "quantities.h"
 #include "scene.h"
@@ -121,9 +121,9 @@ kr_status kr_scene_steady_precession(const kr_scene *scene, double spin, double 
     double i1, i3;
     if (!kr_body_symmetry(&scene->body, &i1, &i3) || !isfinite(spin) || !isfinite(tilt))
         return KR_ERR_ARGUMENT;
-    /* The precession rate W solves I1 cos(tilt) W^2 - I3 spin W + torque = 0 (Goldstein, Classical
-     * Mechanics, 5.7). The root of larger magnitude is computed without cancellation, and gives the
-     * smaller root by the product of both roots, torque / (I1 cos(tilt)). */
+    /* The precession rate x solves I1 cos(tilt) x^2 - I3 spin x + mass g |com| = 0 (Goldstein,
+     * Classical Mechanics, 5.7). The root of larger magnitude is computed without cancellation. The
+     * other is the product of the roots, mass g |com| / (I1 cos(tilt)), divided by that root. */
     const kr_vec3 com = scene->body.com;
     const double torque = scene->body.mass * scene->gravity * hypot(hypot(com.x, com.y), com.z);
     const double a = fabs(cos(tilt)) > 1e-15 ? i1 * cos(tilt) : 0.0, b = i3 * spin, size = fabs(b),
