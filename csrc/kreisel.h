@@ -15,8 +15,8 @@
  *
  * Motion:  dm/dt = mass g e3 x a - D (w - turning) - turning x m + dry friction,   a = q com q*
  *          dq/dt = (w - turning) q / 2,   m = J w + rotor,   g = gravity - A r^2 cos(r t + phase)
- *          with the inertial angular velocity w, inertia J, damping D, and amplitude A and rate r
- *          of a shaken support; a gravity gradient adds gradient * e3 x J e3 to dm/dt.
+ *          with inertial angular velocity w, inertia J and damping D (tensors in space), amplitude
+ *          A and rate r of a shaken support; a gravity gradient adds gradient * e3 x J e3 to dm/dt.
  * Frames:  The space axes e1, e2 and e3 rotate with the support; gravity acts along -e3. The body
  *          has two frames: the frame of description, in which the user describes it, and the
  *          principal axes at the fixed point (N, B, T). The attitude q rotates vectors from the
@@ -25,9 +25,9 @@
  *          (com), or T if these points coincide.
  * Units:   Any consistent units can be used. Dimensions are given in brackets, as powers of mass M,
  *          length L and time T.
- * Memory:  Only kr_top_create and kr_worker_create allocate memory, and the methods of GSL.
+ * Memory:  Only kr_top_create, kr_worker_create and the methods of GSL allocate memory.
  * Errors:  A function that can fail returns a kr_status and writes its results through its last
- *          arguments. On failure, they are unchanged, unless its comment says otherwise.
+ *          arguments. On failure, it writes no results, unless its comment says otherwise.
  * Threads: There is no global state. Only one thread at a time can use a given top.
  * SPDX-License-Identifier: MIT */
 #ifndef KREISEL_H

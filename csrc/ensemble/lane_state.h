@@ -7,11 +7,11 @@
  *                                          c: weight * center of mass
  * P0 and q0 are the values of P and q at the beginning of a step. s(P) is the rotation by the
  * smallest angle that takes P to P0. The heading f is the angle of a rotation about the vertical.
- * Because P and f determine q, each order needs only 12 products of Taylor coefficients, instead of
- * 21 with a series of q. Damping adds one product: without damping, <AW + h, P> is constant, so two
- * products suffice for <W, P>. The rotor costs no products (taylor.h). The step size is limited by
- * the singularity of f' at P = -P0. The unit of time is such that |W| < 1. Energy and angular
- * momentum are conserved only up to the tolerance. */
+ * Because P and f determine q, each order needs only 12 sums of products of coefficients, instead
+ * of 21 with a series of q. Two of the 12 are for <W, P>: Wx Px and Wy Py, because <AW + h, P> is
+ * constant; with damping, it is not, and Wz Pz is added. The rotor costs no products (taylor.h).
+ * The step size is limited by the singularity of f' at P = -P0. The unit of time is such that
+ * |W| < 1. Energy and angular momentum are conserved only up to the tolerance. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
 #include "math/isa.h"

@@ -7,7 +7,7 @@
  * vertical, (P, P x M). At the end of each step, the components of the tangent along the trivial
  * solutions are removed. The program stores d = delta 2^-power, where |d| is near 1, and measures
  * the growth of |delta|, with |delta|^2 = |theta|^2 + |N|^2. Up to the tolerance, the changes of
- * the energy and of the vertical momentum are constant:
+ * the energy E and of the vertical component <m, e3> of the momentum m in space are constant:
  *     dE = <N, W> + <theta, W x M + c x P>            d<m, e3> = <N, P>
  * The mean of the chaos indicator MEGNO (Cincotta and Simo 2000) from 0 to t is, by integration by
  * parts, 2/t int_0^t ln|delta(s)| (1 + ln(s/t)) ds. Tangents may shorten the steps, but do not

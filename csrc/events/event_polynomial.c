@@ -6,7 +6,7 @@
  * velocity W, both in the body frame. A body-frame vector v has the component <e, q v q*> =
  * <e q, q v> along a unit vector e in space. Without damping, on a support at rest, the momentum m
  * has the derivative e3 x (q lever q*), where lever = mass * gravity * com. All numbers are scaled
- * by powers of two such that every component has magnitude at most one. */
+ * by powers of two, so that all components without a rotor's momentum are about one or less. */
 #include "model/quantities.h"
 #include "model/scene.h"
 #include "event_polynomial.h"

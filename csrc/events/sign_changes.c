@@ -1,10 +1,10 @@
 /* Search for all sign changes of a polynomial p(s) on the interval [0, 1]. The coefficients of p in
  * the Bernstein basis of an interval bound the values of p there, and their differences bound the
  * slope. Coefficients of one sign exclude roots, and differences of one sign exclude extrema. An
- * interval that may contain both is bisected (de Casteljau; Lane and Riesenfeld 1981) until |p| is
- * below the rounding noise. A sign is known only where |p| exceeds the noise. Two roots between
- * which |p| is below the noise count as a double root without a sign change. The last sign is
- * passed on to the next step, so that a root between two steps is found once. */
+ * interval where neither holds is bisected (de Casteljau; Lane and Riesenfeld 1981) until |p| is
+ * below the rounding noise or the width is NARROWEST. A sign is known only above the noise. Two
+ * roots between which |p| is below the noise count as a double root without a sign change. The last
+ * sign is passed on to the next step, so that a root between two steps is found once. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;

@@ -12,8 +12,8 @@
  * this time gives a more accurate T, the growth Om T of phi in a period, and samples of m and phi.
  * The samples determine two Fourier series X and Y in theta = 2 pi t/T. If (w, x, y, z) is the
  * quaternion of R S in axes whose third axis is a,
- *     (X, Y) = sqrt(D) e^{-i Om t/2} (w + i z, x + i y),   D = |X|^2 + |Y|^2.
- * The periodic D(t) is such that X and Y have no poles at complex t, and need few coefficients. */
+ *     (X, Y) = sqrt(D) e^{-i Om t/2} (w + i z, x + i y)
+ * with a periodic D(t) > 0 such that X and Y have no poles at complex t and few coefficients. */
 #include "torus.h"
 
 enum {

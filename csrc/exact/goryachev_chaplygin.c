@@ -19,16 +19,16 @@
  *
  * The heading psi (goryachev_chaplygin.h) is the angle of the horizontal vector L. Let rho be the
  * rate of alpha2 divided by the rate of alpha1. On the section (line) alpha1 = a, psi is the real
- * part of the sum of B_k(a) exp(i k alpha2), with integer or half-odd k >= 0. On the next section,
- * alpha1 = a + h, the coefficients are
- *     B_k(a + h) = exp(-i k rho h) (B_k(a) + G_k),
- * where G_k are the coefficients of the change of psi between the two sections. This change is
+ * part of the sum of psi_k(a) exp(i k alpha2), with all integers or all half-integers k >= 0. On
+ * the next section, alpha1 = a + h, the coefficients are
+ *     psi_k(a + h) = exp(-i k rho h) (psi_k(a) + change_k),
+ * where change_k are the coefficients of the change of psi between the two sections. This change is
  * computed by quadrature, for the same values of alpha2 on each section. Sections from 0 to pi
  * suffice: psi changes its sign when alpha1 grows by 2 pi, and is an even or an odd function of the
- * two angles. For the same reasons, the real or the imaginary part of B_k(pi) is zero. This
- * condition determines B_k(0) after a division by cos(k rho pi). If this divisor is small, the term
- * k is slow (kr_slow_term): B_k(0) is set to 0, and the series jumps at alpha1 = pi. The error of a
- * slow term grows linearly in time, but slower than the effect of rounding the initial state. */
+ * two angles. For the same reasons, the real or the imaginary part of psi_k(pi) is zero. This
+ * condition determines psi_k(0) after a division by cos(k rho pi). If this divisor is small, the
+ * term k is slow (kr_slow_term): psi_k(0) is set to 0, and the series jumps at alpha1 = pi. Errors
+ * of slow terms grow linearly in time, but slower than the effect of rounding the initial state. */
 #include "goryachev_chaplygin.h"
 enum { GRID = 2048 };
 #include "torus_setup.h"
@@ -193,7 +193,7 @@ static double sum_sine_series_of_arc(const chaplygin_arc *arc, int which, double
 
 enum { LEAST_CELLS = 4 }; /* of an arc */
 /* Coefficients of psi below LEAST_TERM [rad] are left out. The term k of psi is slow if
- * |cos(k rho pi)| is below LEAST_DIVISOR, or if |B_k(0)| would exceed one radian. */
+ * |cos(k rho pi)| is below LEAST_DIVISOR, or if |psi_k(0)| would exceed one radian. */
 #define LEAST_TERM 6e-17
 #define LEAST_DIVISOR 0.025
 
@@ -389,7 +389,7 @@ static dd find_term_phase_growth(const kr_chaplygin_plan *plan, dd rho, int k, d
     const dd turns = dd_times(alpha1_turns * (k + 0.5 * !plan->is_whole), rho);
     return dd_make(turns.hi - nearest(turns.hi), turns.lo);
 }
-/* Appends the slow term k of psi to the plan. `miss` is the part of B_k(pi), real or imaginary,
+/* Appends the slow term k of psi to the plan. `miss` is the part of psi_k(pi), real or imaginary,
  * that should be zero. At alpha1 = pi, where half of alpha2 is `half_alpha2` turns, the term jumps
  * with the amplitude 2 * miss. Returns 0 if there is no room. */
 static int append_slow_term(kr_chaplygin_plan *plan, dd rho, int k, double miss, dd half_alpha2)
@@ -408,7 +408,7 @@ static int append_slow_term(kr_chaplygin_plan *plan, dd rho, int k, double miss,
     return 1;
 }
 /* Replaces the change of psi from each section to the next by psi on the section. Both are Fourier
- * series with n/2 terms: complex conjugates of G_k are replaced by those of B_k. On this motion,
+ * series with n/2 terms: conjugates of change_k are replaced by those of psi_k. On this motion,
  * half of alpha2 is `half_alpha2` turns at alpha1 = pi. Returns 0 if too many terms are slow. */
 static int convert_changes_to_series(kr_chaplygin_plan *plan, dd rho, int n, dd half_alpha2)
 {

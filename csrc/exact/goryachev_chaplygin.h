@@ -1,20 +1,20 @@
-/* States of a Goryachev-Chaplygin top with <m, e3> = 0 in closed form. m is the momentum, and e3
- * the upward vertical, in the axes and units of goryachev_chaplygin.c. In the rescaled time tau,
- * with d tau = dt/|m|, the two torus angles alpha1 and alpha2 grow at constant rates. The attitude
- * (axes of the closed form -> space) is a product of quaternions with the heading psi:
- *     exp(k psi/2) (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k)/sqrt(|m|),
- *     |m| = c1^2 + s1^2 + c2^2 + s2^2,  m = |m| (cos psi, sin psi, 0).
- * Chaplygin's variables u1 > 0 > u2 oscillate on intervals, called arcs. On the arc of u1, with an
- * angle chi, c1 + i s1 = sqrt|u1| exp(i chi/2), and likewise on the arc of u2. With an angle x for
- * each arc, and the sine s and the cosine c of x/2,
+/* States of a Goryachev-Chaplygin top with <m, e3> = 0 in closed form. m is the momentum, e3 the
+ * upward vertical, body axes and units as in goryachev_chaplygin.c. In the rescaled time tau, with
+ * d tau = dt/|m|, the two torus angles alpha1 and alpha2 grow at constant rates. The heading psi is
+ * defined by m = |m| (cos psi, sin psi, 0) along space axes. The attitude (body axes -> space) is
+ *     exp(k psi/2) (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k)/sqrt(|m|)  (i, j, k: quaternion units)
+ * with |m| = c1^2 + s1^2 + c2^2 + s2^2. Chaplygin's variables u1 > 0 > u2 oscillate on intervals,
+ * called arcs. For u1, c1 = sqrt|u1| cos(chi/2) and s1 = sqrt|u1| sin(chi/2), with the angle chi of
+ * goryachev_chaplygin.c; likewise c2 and s2 for u2. With an angle x for each arc, and the sine s
+ * and the cosine c of x/2,
  *     |u| = (A s^2 + B c^2)/D,  D = C s^2 + c^2.
  * x - alpha is a periodic function of the torus angle alpha of the arc. The time t is a multiple of
  * tau plus a periodic function of each alpha. Newton's method solves this equation for tau. Mean
  * angles are the linear parts of alpha1(t) and alpha2(t).
  *
- * psi is not a sum of functions of alpha1 and of alpha2. The lines alpha1 = pi j/J, for the
- * integers j from 0 to J - 1, are called sections. On each section, psi is a Fourier series in
- * alpha2. The change of psi from one section to the next is an integral over tau. */
+ * psi is not a sum of functions of alpha1 and of alpha2. The N lines alpha1 = pi n/N, with n from 0
+ * to N - 1 and N = plan->sections, are called sections. On each section, psi is a Fourier series in
+ * alpha2. From the preceding section to a state, the change of psi is an integral over tau. */
 #ifndef KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #define KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #include "torus.h"
@@ -63,7 +63,7 @@ typedef struct kr_chaplygin_plan {
     /* heading_start + heading_more: the constant of psi/2 [turns] that find_heading leaves out. */
     double heading_start, heading_more;
     int is_psi_odd; /* 1 if psi changes sign, 0 if it is unchanged, when both angles change sign */
-    int is_whole;   /* 1 if the multiples of alpha2 in psi are integers, 0 if they are half-odd */
+    int is_whole;   /* 1 if the multiples of alpha2 in psi are integers, 0: half-integers */
     int sections;   /* between alpha1 = 0 and pi, a power of two */
     int first;      /* index of the first coefficient of a section */
     int terms;      /* cosines of a section, even. The coefficients of as many sines follow. */

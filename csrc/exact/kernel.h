@@ -6,12 +6,12 @@
  * and k2, up to constant factors,
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
- * (Klein and Sommerfeld, Theorie des Kreisels). The phases of alpha and beta are c1 + k1 t and
- * c2 + k2 t. For a torque-free body with three different moments (Jacobi; the flag `euler`), m is
- * constant, the nome is exp(-2 pi K'/K), and beta contains theta4 instead of theta2. If the nome p
- * exceeds exp(-pi), Jacobi's transformation replaces it by the smaller dual nome exp(pi^2 / ln p)
- * (the flag `dual`). All quantities that grow with time are double-doubles, so that the errors of
- * states do not grow. The common denominator of alpha and beta cancels when q is normalized.
+ * (Klein and Sommerfeld, Theorie des Kreisels). The "phases" of alpha and beta are c1 + k1 t and
+ * c2 + k2 t, without the arguments of theta1 and theta2. For a torque-free body with three distinct
+ * moments (Jacobi; the flag `euler`), m is constant, the nome is exp(-2 pi K'/K), y1 = y2, and
+ * theta4 replaces theta2. Jacobi's transformation replaces a nome p > exp(-pi) by the smaller dual
+ * nome exp(pi^2 / ln p) (the flag `dual`). All quantities that grow with time are double-doubles,
+ * so that the errors of states do not grow. The common denominator cancels when q is normalized.
  *
  * This header is compiled for each instruction set, both with and without KR_EXACT_LANES. With
  * KR_EXACT_LANES, each number is a vector with one lane per top (math/simd.h). The result in each

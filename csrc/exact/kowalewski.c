@@ -12,9 +12,9 @@
  * F(w2)/(w2 - w1). They move on arcs between branch points of F, which are k, -k, infinity and the
  * roots e0, e1 and e2 of phi. On an arc
  *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
- * Let dt = |dw/F|: t is not the time. With an even periodic function R of x, dt = D R dx. Averages
- * by the trapezoidal rule therefore converge exponentially. Landen transformations replace x by an
- * angle y. The torus angles theta1 and theta2 are y1 and y2 plus sine series in y1 and y2, and grow
+ * Let dt = |dw/F| (t is not the time). Then dt = D R dx, where R is an even periodic function of x.
+ * Landen transformations replace x by an angle y. Averages of dt/dy and w dt/dy by the trapezoidal
+ * rule converge exponentially. The torus angles theta1 and theta2, y1 and y2 plus sine series, grow
  * linearly with time. kowalewski.h describes the heading psi, and Koetter's formulas for states. */
 #include "kowalewski.h"
 enum { GRID = HARMONICS };
@@ -69,7 +69,7 @@ static dd ordered_root(const kowalewski_curve *o, int i) { return o->root[o->ord
 /* The difference between a root e of phi and a nearby branch point a, which is k or -k, computed
  * without cancellation. As a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
  *     (a - e)(a + e)(e + h) = e + h - l^2/2.
- * `resolution` is min(|e + h|, |e + h - l^2/2|) / max(|e|, |h|, l^2/2). */
+ * `resolution`, small if sums cancel: min(|e + h|, |e + h - l^2/2|) / max(|e|, |h|, l^2/2). */
 typedef struct close_roots {
     int apply; /* 1 if this formula loses fewer digits to cancellation than a - e */
     dd apart;  /* branch point i minus branch point j, if `apply` is 1 */
@@ -138,7 +138,7 @@ static dd find_end_distance_product(const kowalewski_curve *o, int i, dd p, dd q
 /* Refines the approximate distances `gap` of w1 and w2 from the ends of their arcs. `product` holds
  * accurate values of (k - w1)(k - w2), (w1 - e)(e - w2) and (w1 - f)(f - w2), with the lower end e
  * of arc 1 and the upper end f of arc 2. Each iteration computes w1 from one product and w2 from
- * another, to converge fast. gap->mismatch becomes the error that remains. */
+ * another: the two that converge fastest. gap->mismatch measures how well all equations hold. */
 static void refine_end_distances(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -167,8 +167,8 @@ static void refine_end_distances(const kowalewski_curve *o, const dd product[3],
     gap->mismatch = fmax(fabs(ends.hi) / sqrt(height.hi), fabs(rest.hi) / product[2].hi);
 }
 /* Returns the distances of w1 and w2 from the ends of their arcs, in a state (p, q, r, g1, g2, g3).
- * With v = p + iq and z = (r v + g3) conj(sqrt(v^2 + g1 + i g2)),
- *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
+ * With v = p + iq and z = (r v + g3) conj(sqrt(v^2 + g1 + i g2)) (not the z of kowalewski.h),
+ *     (k - w1)(k - w2) = (Im z)^2/q^2,   (w1 + k)(-k - w2) = (Re z)^2/q^2.
  * Such products (find_end_distance_product) determine the distances to full precision. */
 static arc_gaps find_end_distances(const kowalewski_curve *o, const dd state[6])
 {
@@ -468,11 +468,11 @@ static int average_integrands(kowalewski_arc *arc, cosine_table *table, samples 
     return arc->points > 0;
 }
 /* Computes the sine series of arc j, for theta1, theta2 and the heading, from the samples v of the
- * arc's integrands. In kowalewski_arc, p, q and `turn` are averages over y of dt/dy, w dt/dy and
- * the heading's integrand. With det = p2 q1 - p1 q2, the differentials of theta1 and theta2 are
+ * arc's integrands. Let p1, q1, turn1 and p2, q2, turn2 be members of the two arcs: averages over y
+ * of dt/dy, w dt/dy and the heading's integrand. With det = p2 q1 - p1 q2, dtheta1 and dtheta2 are
  *     (p2 w dt - q2 dt)/det  and  (p1 w dt - q1 dt)/det
  * on the first arc. On the second arc, where F has the opposite sign, their signs are opposite. The
- * heading is turn1 theta1 - turn2 theta2, with the sign of l, plus its sine series. */
+ * heading is sign(l) (turn1 theta1 - turn2 theta2) plus its sine series. */
 static void set_sine_series_of_arc(kowalewski_arc arc[2], int j, dd det, const cosine_table *table,
                                    samples *v)
 {

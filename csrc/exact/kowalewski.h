@@ -11,9 +11,9 @@
  * theta_i = y_i + S_i1(y1) + S_i2(y2) and sine series S, grow linearly with time. Newton's method
  * solves these equations for y1 and y2. Koetter's formulas give the state at x1 and x2.
  *
- * The heading of a vector is the angle of its horizontal part. The heading psi of the body vector C
- * with C2 - i C1 = (z^2 + 2 q^2 (g1 + i g2))/2, C3 = q Re((p - iq) z) and z = r (p + iq) + g3 is
- *     psi = sum of the integrals of l w/(w^2 + c) dw/F over both variables
+ * Let z = r (p + iq) + g3. The heading (angle of the horizontal part) of the body vector C given by
+ * C2 - i C1 = (z^2 + 2 q^2 (g1 + i g2))/2 and C3 = q Re((p - iq) z) is
+ *     psi = integral of l w/(w^2 + c) dw/F over w1  +  the same integral over w2
  * (docs/theory/closed_form.md): a phase that grows linearly with time, plus one sine series for
  * each arc, plus arguments of factors for poles near the arcs (kowalewski.c, set_heading_poles). */
 #ifndef KR_EXACT_KOWALEWSKI_H
@@ -323,10 +323,10 @@ INLINE wide bisect_if_outside(wide x, wide low, wide high)
     const mask is_inside = mask_and(wide_at_most(low, x), wide_at_most(x, high));
     return wide_choose(is_inside, x, 0.5 * (low + high));
 }
-/* Writes d = y - theta [rad], given theta [turns], in the lanes that are not in `found`. If the
- * arcs nearly touch, Newton's method may fail because the Jacobian matrix is almost singular. Two
+/* Writes d = y - theta [rad], given theta [turns], in the lanes that are not in `found`, where
+ * Newton's method failed: if the arcs nearly touch, the Jacobian matrix is almost singular. Two
  * nested searches are slower, but do not fail. For trial values of y, let E_i be theta_i(y) minus
- * the given theta_i. With the averages p and q of kr_kowalewski_plan, and w0 given there,
+ * the given theta_i. With plan->p = {p1, p2}, plan->q = {q1, q2} and w0 of kr_kowalewski_plan,
  * P = p1 E1 - p2 E2 and Q = q1 E1 - q2 E2 change by
  *     dP = |dw1/F| - |dw2/F|,  dQ = (w1 - w0) |dw1/F| - (w2 - w0) |dw2/F|  if y1 and y2 grow.
  * For any y2, P grows with y1. Along the curve P = 0, Q grows with y2, because w1 > w2. Each step
@@ -733,9 +733,9 @@ INLINE heading_vector find_vector_C(const body_state *b, wide S, wide S_terms)
 }
 /* Returns the horizontal part of the vector B, which replaces C where C is nearly vertical:
  *     B = S (-r g2, r g1 - 2 p g3, 2 p g2) + q (-2 (g2^2 + 2 p (p g1 + q g2)), 2 (g1 g2 - q l),
- *         -r (l + 2 p g1)),   S = Re z.
- * The heading of B is psi minus the arguments of l (k^2 - w^2) + i F(w) for w = w1 and w = w2.
- * `S_terms` is the sum of the magnitudes of the terms of S, and `a` is koetter_state.a. */
+ *         -r (l + 2 p g1)),   S = Re z;  `S_terms` is the sum of the magnitudes of the terms of S.
+ * Up to half a turn, the heading of B is psi minus the arguments of l (k^2 - w^2) + i F(w) for w1
+ * and w2, with the signs of dw1/dt for F(w1), and of -dw2/dt for F(w2). `a` is koetter_state.a. */
 INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
                                     const body_state *b, wide S, wide S_terms, const arc_point *one,
                                     const arc_point *two, wide a)

@@ -5,13 +5,13 @@
  *
  * A torque-free body has the kinetic energy E, the angular momentum m and the principal moments I1,
  * I2 and I3, where I2 is the intermediate one. In the body, m circulates about a principal axis a,
- * called axis 3, whose moment I3 is the largest or the smallest. In the axes of the closed form, m
- * points along e3, and the third axis of the body is -a. Its height is u = -a.e3 = -c dn, with an
- * elliptic function dn and the largest value c of a.e3. alpha and beta are proportional to theta1
- * and theta4 of the square of the nome. Their phases grow at the rate
- *     (|m| / I3 + e sum Q_n / 2) / 2,   e = 2E/|m| - |m|/I3,
- * where find_agm_and_sums (lagrange.h) computes sum Q_n for p0^2 = 1/c^2. D1 = |m^2 - 2E I1| and
- * D3 = |2E I3 - m^2| are sums of terms of equal sign (Jacobi 1849; Whittaker, Dynamics, 69). */
+ * called axis 3, whose moment I3 is the largest or the smallest. The closed form has e3 along m and
+ * -a as third axis of the body, with the height u = -a.e3 = -c dn. With D1 = |m^2 - 2E I1| and
+ * D3 = |2E I3 - m^2|, computed as sums of terms of equal sign, c^2 = I3 D1 / (|I3 - I1| m^2) and
+ *     k^2 = |I2 - I1| D3 / (|I3 - I2| D1),   rate of the phases = (|m| / I3 + (e/2) S) / 2,
+ * where e = 2E/|m| - |m|/I3, and find_agm_and_sums (lagrange.h) computes the sum S of all Q_n for
+ * p0^2 = 1/c^2. alpha and beta are proportional to theta1 and theta4 of the nome exp(-2 pi K'/K)
+ * (Jacobi 1849; Whittaker, Dynamics, 69). */
 #include "lagrange.h"
 #include "math/exponent.h"
 #include "math/trig.h"

@@ -1,8 +1,8 @@
 /* Two GSL methods, used as references: the Prince-Dormand Runge-Kutta pair and the semi-implicit
  * Bulirsch-Stoer method. q is the attitude, and W is the angular velocity in the body frame:
- *     q' = (q W - S q) / 2,    I W' = (I W + h) x W + P x (l + k I P),    P = q* e3 q
- * P is the vertical in the body frame, I the moments of inertia, h the angular momentum of the
- * rotor, l = weight * (center of mass), k the gravity gradient, and S the angular velocity of the
+ *     q' = (q W - S q) / 2,    I W' = (I W + r) x W + P x (l + c I P),    P = q* e3 q
+ * P is the vertical in the body frame, I the moments of inertia, r the angular momentum of the
+ * rotor, l = weight * (center of mass), c the gravity gradient, and S the angular velocity of the
  * support (motion_support_velocity in method.h). Neither method conserves any integral of the
  * motion. gsl_odeiv2_evolve is not used, because each step size must exactly equal the difference
  * between the end and the start time of the step. A failed step does not change the state. */
@@ -137,7 +137,7 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
 }
 
 /* Returns the largest step size that most_turn, most_fall and most_pull permit at the angular
- * velocity W. A rotor of momentum h rotates W at a rate up to |h| / (least moment of inertia). */
+ * velocity W. A rotor of momentum r rotates W at a rate up to |r| / (least moment of inertia). */
 static double find_longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;

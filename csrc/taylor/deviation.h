@@ -3,10 +3,10 @@
  * eight (deviation_batch.h), each in double and in double-double precision. In the comments, a
  * tangent `g` is a single tangent or a batch, and the path is the motion of the top. Both headers
  * define four types. A `triple` holds the three components of a vector of a tangent. A `path_term`
- * gives a Taylor coefficient of W or P of the path. A `turned` is a triple, prepared for the
- * product with a path_term. For a turned a and a path_term b, `halves` holds next(a) * prev(b) and
- * prev(a) * next(b) (taylor.h), whose difference is a x b, or sums of such products. The constants
- * AT_ONCE, BLOCK, BEFORE, CHAINS and STRUCTS are explained in deviation_single.h. */
+ * gives a Taylor coefficient of W or P of the path. A `turned` is a `triple` prepared for a product
+ * with a `path_term`. For a `turned` a and a `path_term` b, `halves` holds next(a) * prev(b) and
+ * prev(a) * next(b) (taylor.h), or a sum of each. The first minus the second is a x b, or its sum.
+ * Constants (AT_ONCE, BLOCK, BEFORE, CHAINS, STRUCTS): see deviation_single.h. */
 #include "tangents.h"
 
 /* Taylor coefficients, prepared for products. w[BEFORE + n] and p[BEFORE + n] are W_n and P_n of

@@ -7,17 +7,17 @@
  * loops can be unrolled. W_n is the n-th Taylor coefficient of W, and so on. The argument `s` of a
  * function is the series of q, P and W: s->x[n] is (q_n | P_n), and s->w[n] is W_n.
  *
- * With the symbols of taylor.h (also next and prev), the equations with dry friction, a gravity
- * gradient K, or a support that rotates or shakes are
+ * With the symbols of taylor.h, but space axes fixed to the support (kreisel.h), the equations with
+ * dry friction, a gravity gradient K, or a support that rotates or shakes are
  *     q' = q U / 2,   P' = P x U,   O' = O x U,   U = W - O
  *     A W' = (AW + h) x W + P x (G c + K A P) - D U + (torque of friction) apex
- * All vectors are in the body frame. O is the angular velocity of the support, U is the angular
- * velocity of the body relative to the support, and `apex` is the unit vector to the center of
- * mass. c is mass * g0 * (center of mass), where g0 is gravity or, if larger, the amplitude of the
- * support's acceleration. G, the effective gravity (g in kreisel.h) divided by g0, is a constant
- * plus a cosine. In another kr_series `own`, own->w[n] is U_n, and all lanes of own->x[n] are G_n.
- * With friction, lane 0 of W is the friction variable: while the top slides, the spin <U, apex>;
- * while friction holds the top (spin zero), the torque of friction divided by its maximum. */
+ * All vectors are in the body frame. O is the angular velocity of the support, U that of the body
+ * relative to the support, and `apex` a unit vector (kreisel.h). Here, c is mass * g0 * (center of
+ * mass), where g0 is gravity or, if larger, the amplitude of the support's acceleration. G, the
+ * effective gravity (g in kreisel.h) divided by g0, is a constant plus a cosine. In a second
+ * kr_series, `own`, own->w[n] is U_n, and all lanes of own->x[n] are G_n. With friction, lane 0 of
+ * W is the friction variable: while the top slides, the spin <U, apex> (scalar product); while
+ * friction holds the top (spin zero), the torque of friction divided by its maximum. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"

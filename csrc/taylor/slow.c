@@ -12,10 +12,10 @@
  * velocities about weakly damped axes are expanded by the explicit recurrence of taylor.h. If used
  * for all axes, that recurrence would limit steps to about one damping time A / D, because the
  * problem is stiff. On the manifold, steps are much longer. Before the motion reaches the manifold,
- * steps are computed by that recurrence, with an absolute tolerance proportional to the small
- * angular velocity that the top has on the manifold. u_i is the component of U along a direction
- * v_i, and d_i its damping rate (slow_directions.h). The v_i are the principal axes or, while dry
- * friction holds the top, two directions perpendicular to the apex. */
+ * steps are computed by that recurrence, with an absolute tolerance: the relative one times a bound
+ * on the angular velocity (log2_transient_tolerance, log2_absolute_tolerance). Below, u_i is the
+ * component of U along v_i, and d_i its damping rate (slow_directions.h). The directions v_i are
+ * the principal axes or, while dry friction holds the top, perpendicular to the apex. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"

@@ -7,9 +7,9 @@
  * A are the moments of inertia, D the damping coefficients, W the angular velocity, P the vertical,
  * c the lever arm, and h the momentum of a rotor (taylor.h). B, b, F and y are the derivatives of
  * A, c, D and h by the parameter of the tangent. Friction, gravity gradients and moving supports
- * add terms (support_deviation.h). The equations are linear in theta and N, with 18 products of
- * Taylor coefficients per order. If the motion conserves energy and vertical momentum, the changes
- * of both due to a tangent are constant up to the tolerance. */
+ * add terms (support_deviation.h). The equations are linear in theta and N. An order needs 18 sums
+ * of products: 6 for theta x W, (AW) x theta and (D W) x theta, 6 for N x W, 6 for (c x theta) x P.
+ * If energy and vertical momentum are conserved, their changes are constant up to the tolerance. */
 #ifndef KR_TANGENTS_H
 #define KR_TANGENTS_H
 #include "taylor.h"

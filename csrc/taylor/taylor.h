@@ -4,8 +4,8 @@
  *     A W' = (AW + h) x W + P x c - D W    W: angular velocity in the body; A: moments of inertia;
  *                                          c: weight * center of mass; D: damping coefficients;
  *                                          h: angular momentum of a rotor fixed in the body
- * Every right-hand side consists of products of two unknowns and of linear terms. The Taylor
- * coefficients, q = sum q_n t^n and so on, therefore satisfy, with sums over j = 0, ..., n:
+ * The right-hand sides consist of linear terms and of products of two unknowns. The Taylor
+ * coefficients of q, P and W (q_n in q = sum q_n t^n) therefore satisfy, with sums over j = 0 to n:
  *     (n+1) q_{n+1} = 1/2 sum q_{n-j} W_j         (n+1) P_{n+1} = sum P_{n-j} x W_j
  *     (n+1) W_{n+1} = k * sum next(W_j) * prev(W_{n-j})  +  up * next(P_n)  +  down * prev(P_n)
  *                     +  drag * W_n
