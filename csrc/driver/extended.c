@@ -32,7 +32,7 @@ static vec_dd turn_back_accurately(quat_dd q, vec_dd v)
 /* Returns how much (q a)* m (q a) changes if `low` is added to q and m of `start`. Here, a is
  * kr_body.axes if top->is_turned, else 1. Since q and a are not normalized, (q a)* m (q a) is the
  * momentum along the principal axes, multiplied by |q a|^2. */
-static vec_dd find_momentum_change_by_low(const kr_top *top, const kr_state *start,
+static vec_dd find_scaled_momentum_change(const kr_top *top, const kr_state *start,
                                           const kr_state *low)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -51,12 +51,13 @@ static vec_dd find_momentum_change_by_low(const kr_top *top, const kr_state *sta
 static vec_dd find_internal_momentum(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_quat axes = top->scene.body.axes;
-    const split_vec in_space = split_vec_of(start->m), given = split_turn_back(start->q, &in_space),
-                    own = top->is_turned ? split_turn_back(axes, &given) : given;
+    const split_vec in_space = split_from_vector(start->m),
+                    given = split_turn_back_times_norm2(start->q, &in_space),
+                    own = top->is_turned ? split_turn_back_times_norm2(axes, &given) : given;
     dd square = qdd_square(low ? q_dd(start->q, low->q) : qdd_of(start->q));
     if (top->is_turned) square = dd_mul(square, qdd_square(qdd_of(axes)));
     vec_dd M = {split_dd(&own, 0), split_dd(&own, 1), split_dd(&own, 2)};
-    if (low) M = vdd_add(M, find_momentum_change_by_low(top, start, low));
+    if (low) M = vdd_add(M, find_scaled_momentum_change(top, start, low));
     M = (vec_dd){dd_div(M.x, square), dd_div(M.y, square), dd_div(M.z, square)};
     return top->is_turned ? turn_back_accurately(top->body.rest, M) : M;
 }
@@ -68,7 +69,7 @@ static vec_dd rotate_to_internal_axes(const kr_top *top, kr_vec3 v)
 }
 
 /* Returns 1 if the tensor, com and rotor in body->given result in the numbers of `body`, else 0. */
-static int matches_given_tensor(const kr_body *body)
+static int is_made_from_given(const kr_body *body)
 {
     const kr_given *given = &body->given;
     kr_body made;
@@ -84,9 +85,9 @@ static void find_diagonalization_residual(const kr_body *body, double inertia_un
 {
     split_vec rows[3], turned[3];
     for (int i = 0; i < 3; i++)
-        rows[i] = split_vec_of(v_scale(1.0 / inertia_unit, v_of(body->given.inertia + 3 * i)));
+        rows[i] = split_from_vector(v_scale(1.0 / inertia_unit, v_of(body->given.inertia + 3 * i)));
     for (int side = 0; side < 2; side++) {
-        for (int i = 0; i < 3; i++) turned[i] = split_turn_back(body->axes, &rows[i]);
+        for (int i = 0; i < 3; i++) turned[i] = split_turn_back_times_norm2(body->axes, &rows[i]);
         for (int i = 0; i < 3; i++) {
             rows[i].count = SPLIT_MAX;
             for (int k = 0; k < SPLIT_MAX; k++)
@@ -155,7 +156,7 @@ static void set_body(kr_top *top, double inertia_unit)
     const dd product = two_product(pull.gravity, pull.mass),
              weight = dd_make(ldexp(product.hi, power), ldexp(product.lo, power));
     top->body = make_body_dd(&top->main, pull.com);
-    if (matches_given_tensor(body)) {
+    if (is_made_from_given(body)) {
         const kr_pull given = kr_scene_pull(&top->scene, body->given.com);
         refine_principal_axes(top, inertia_unit);
         top->body.com = vdd_scale_exactly(ldexp(1.0, given.power - pull.power),

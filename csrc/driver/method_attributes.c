@@ -33,7 +33,7 @@ kr_status kr_refusal_by_method(const kr_method *method, const kr_scene *scene)
     if (scene->friction > 0.0 && !(flags & KR_METHOD_FRICTION)) return KR_ERR_FRICTION;
     if (kr_support_shakes(scene) && !(flags & KR_METHOD_SHAKING)) return KR_ERR_SHAKING;
     if (scene->gradient != 0.0 && !(flags & KR_METHOD_GRADIENT)) return KR_ERR_GRADIENT;
-    if (flags & KR_METHOD_FRICTION && !method->supports && kr_scene_needs_extra_terms(scene))
+    if (flags & KR_METHOD_FRICTION && !method->supports && kr_scene_has_support_terms(scene))
         return KR_ERR_NOT_BUILT;
     if (!kr_support_turns(scene) || flags & KR_METHOD_TURNING) return KR_OK;
     return kr_support_turns_about_vertical(scene) ? KR_OK : KR_ERR_TURNING;

@@ -30,7 +30,7 @@ double kr_top_horizon_of(const kr_top *top, const kr_scene *scene)
 /* Returns the internal axes, and the inertia, com, damping and rotor along them. These axes are the
  * working axes (body.h) or, for methods with KR_METHOD_DIGITS, the principal axes of kr_body, which
  * keep q accurate near the upright attitude. */
-static kr_working find_internal_axes(const kr_top *top)
+static kr_working find_body_along_internal_axes(const kr_top *top)
 {
     const kr_scene *scene = &top->scene;
     return top->method->flags & KR_METHOD_DIGITS
@@ -44,7 +44,7 @@ static kr_working find_internal_axes(const kr_top *top)
 static kr_state find_internal_start(kr_top *top)
 {
     const kr_state *start = &top->scene.start;
-    const kr_working working = find_internal_axes(top);
+    const kr_working working = find_body_along_internal_axes(top);
     const int is_renamed = !working.tilted && kr_body_last_axis(&top->scene.body) != 2;
     kr_state own = {0.0, q_unit(q_mul(start->q, top->axes)),
                     v_scale(1.0 / top->momentum_unit, start->m)};
@@ -57,9 +57,9 @@ static kr_state find_internal_start(kr_top *top)
     return own;
 }
 /* Sets the internal axes and units, the body in these units, and the time limit of `top`. */
-static kr_status set_units_and_body(kr_top *top)
+static kr_status set_internal_description(kr_top *top)
 {
-    const kr_working working = find_internal_axes(top);
+    const kr_working working = find_body_along_internal_axes(top);
     kr_units own;
     const kr_status status = kr_scene_units(&top->scene, &working, &own);
     if (status != KR_OK) return status;
@@ -288,7 +288,7 @@ static kr_status initialize_top(kr_top *top, const kr_scene *scene, const kr_sta
     top->is_carried = kr_support_turns_about_vertical(scene) && !method->supports;
     top->now = scene->start;
     top->requested = scene->start.t;
-    const kr_status status = set_units_and_body(top);
+    const kr_status status = set_internal_description(top);
     if (status != KR_OK) return status;
     const kr_state own = has_extended_digits(top)
                              ? method->extended->from_user(top, &scene->start, low)
@@ -424,8 +424,8 @@ kr_status kr_top_advance(kr_top *top, double t)
 /* Writes the states at t[0], t[1], ... to `out`, at most n, by one call of kr_method.at_times.
  * Stops before a time that does not follow the preceding one. Returns the number of states: 0 also
  * for fewer than 2 such times (use find_state). If a step fails, writes its error to `status`. */
-static size_t record_batch(kr_top *top, size_t n, const double t[], kr_state out[],
-                           kr_status *status)
+static size_t record_states_by_closed_form(kr_top *top, size_t n, const double t[], kr_state out[],
+                                           kr_status *status)
 {
     double clock[STATES_TOGETHER], last = top->main.clock;
     kr_state piece[STATES_TOGETHER];
@@ -452,7 +452,7 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
     kr_status status = top && (!n || (t && out)) ? KR_OK : KR_ERR_ARGUMENT;
     size_t i = 0;
     while (i < n && status == KR_OK) {
-        size_t found = record_batch(top, n - i, t + i, out + i, &status);
+        size_t found = record_states_by_closed_form(top, n - i, t + i, out + i, &status);
         if (status == KR_OK && found == 0) {
             const kr_state before = out[i];
             status = i % STATES_PER_CHECK == STATES_PER_CHECK - 1 && kr_steps_poll(top)

@@ -45,7 +45,7 @@ static void add_start_seeds(seed_list *to, const kr_top *top)
             seed->at_start.push = vdd_of(v_axis(i - 3));
     }
 }
-static vec_dd find_internal_com(const kr_top *top)
+static vec_dd find_com_along_internal_axes(const kr_top *top)
 {
     int reach;
     fraction_of(v_largest(top->scene.body.com), &reach);
@@ -82,7 +82,7 @@ static void add_com_seeds(seed_list *to, const kr_top *top)
         kr_seed *seed = add_lever_seed(to, weight, body->mass, by, KR_TIMING_STRENGTH);
         if (!(size > 0.0)) continue;
         const double unit = times_power_of_2(1.0, -exponent_of(size));
-        const vec_dd com = vdd_scale_exactly(unit, find_internal_com(top));
+        const vec_dd com = vdd_scale_exactly(unit, find_com_along_internal_axes(top));
         const dd square = vdd_dot(com, com), along = dd_div(vdd_dot(com, by), square);
         const vec_dd across = vdd_add(by, vdd_scale(dd_neg(along), com));
         seed->apex = vdd_scale(dd_div(dd_of(unit), dd_sqrt(square)), across);
@@ -96,7 +96,7 @@ static void add_support_seeds(seed_list *to, const kr_top *top, uint64_t flags)
     /* The shaking changes the acceleration of the support, but not the lever at rest. */
     if (flags & KR_TANGENT_SHAKING)
         for (int i = 0; i < 3; i++)
-            add_lever_seed(to, dd_of(0.0), top->scene.body.mass, find_internal_com(top),
+            add_lever_seed(to, dd_of(0.0), top->scene.body.mass, find_com_along_internal_axes(top),
                            timings[i]);
 }
 static void fill_seed_list(seed_list *to, const kr_top *top)
@@ -110,9 +110,9 @@ static void fill_seed_list(seed_list *to, const kr_top *top)
     for (int i = 0; i < 3 && by & KR_TANGENT_MOMENTS; i++) add_seed(to)->moments = v_axis(i);
     if (by & KR_TANGENT_COM) add_com_seeds(to, top);
     if (by & KR_TANGENT_GRAVITY)
-        add_lever_seed(to, dd_of(mass), mass, find_internal_com(top), KR_TIMING_UNIFORM);
+        add_lever_seed(to, dd_of(mass), mass, find_com_along_internal_axes(top), KR_TIMING_UNIFORM);
     if (by & KR_TANGENT_MASS)
-        add_lever_seed(to, dd_of(g), 1.0, find_internal_com(top), KR_TIMING_STRENGTH);
+        add_lever_seed(to, dd_of(g), 1.0, find_com_along_internal_axes(top), KR_TIMING_STRENGTH);
     for (int i = 0; i < 3 && by & KR_TANGENT_DAMPING; i++) add_seed(to)->damping = v_axis(i);
     for (int i = 0; i < 3 && by & KR_TANGENT_ROTOR; i++) add_seed(to)->rotor = vdd_of(v_axis(i));
     add_support_seeds(to, top, by);
@@ -134,7 +134,7 @@ kr_status kr_tangents_advance(kr_top *top)
 
 /* Writes the divisor of each column of the tangent matrix, in the order of KR_TANGENT_LIST: the
  * internal unit of its parameter in the user's units, or 1 if the seed includes it. */
-static void write_column_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
+static void write_column_divisors(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
     const double momentum = top->momentum_unit, time = top->time_unit;
@@ -152,7 +152,7 @@ static void write_column_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS
 }
 /* Writes a column of the tangent matrix of n columns in the user's frame and units: high words to
  * out[0], out[n], ..., out[5 n], low words to low[0], ..., low[5 n]. `from` is the column in
- * internal units, and `unit` is from write_column_units. The rotation from internal axes to the
+ * internal units, and `unit` is from write_column_divisors. The rotation from internal axes to the
  * frame of description is `axes` (kr_extended_axes) with more than 16 digits, else top->axes. */
 static void write_tangent_column(const kr_top *top, quat_dd axes, const kr_deviation *from,
                                  double unit, size_t n, double *out, double *low)
@@ -181,7 +181,7 @@ kr_status kr_top_tangents(kr_top *top, double out[], double low[])
     const quat_dd axes = kr_extended_axes(top);
     kr_top_evaluate(top, top->requested, &state);
     top->method->tangents->evaluate(&top->main, state.q, top->tangents, n, came);
-    write_column_units(top, unit);
+    write_column_divisors(top, unit);
     for (size_t i = 0; i < n; i++)
         write_tangent_column(top, axes, &came[i], unit[i], n, high + i, rest + i);
     for (size_t i = 0; i < 6 * n; i++)

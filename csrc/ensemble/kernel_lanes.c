@@ -79,5 +79,5 @@ void KR_NAME(kr_lanes_sample)(kr_lanes *l)
     lane_vec_store(l->out_m, m.v);
     if (l->tangents) write_growth_at_sample_time(l, l->tangents);
 }
-void KR_NAME(kr_lanes_begin)(kr_lanes *l) { normalize_initial_tangent(l, l->tangents); }
+void KR_NAME(kr_lanes_begin)(kr_lanes *l) { project_initial_tangents(l, l->tangents); }
 const int KR_NAME(kr_lanes_count) = LANES;

@@ -72,7 +72,7 @@ void kr_scheduler_reset(kr_worker *worker, int damped)
 
 /* Sets *shift so that the largest of the principal moments A is the third component of
  * shift_axes(A, *shift). Returns the rotation from these permuted axes to the principal axes. */
-static kr_quat rotation_to_largest_moment(kr_vec3 A, int *shift)
+static kr_quat rotation_from_lane_axes(kr_vec3 A, int *shift)
 {
     *shift = A.z >= A.x && A.z >= A.y ? 0 : A.x >= A.y ? 1 : 2;
     const double h = *shift == 1 ? 0.5 : -0.5;
@@ -200,7 +200,7 @@ static int load_top_into_lane(kr_worker *worker, int lane)
     kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
     int shift;
-    const kr_quat turn = rotation_to_largest_moment(motion->inertia, &shift);
+    const kr_quat turn = rotation_from_lane_axes(motion->inertia, &shift);
     const shifted_constants constants = convert_constants_to_lane(motion, p.rate, shift);
     set_lane_constants(l, lane, &constants);
     set_vector(l->end_p, lane, shift_axes(v_of(p.end_x + 5), shift));
@@ -241,7 +241,7 @@ static int is_growth_finite(const kr_lanes *l, int lane)
 /* Stores the state and the growth that kr_lanes_isa.sample has computed for a lane, and sets the
  * next goal. If one of them is invalid, the scalar code computes the top instead. Returns 1 if the
  * top is still in the lane, and the step just made also reaches the new goal. */
-static int store_sample_and_set_goal(kr_worker *worker, int lane)
+static int store_sample_and_check_next(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
@@ -263,7 +263,7 @@ static void store_samples_in_last_steps(kr_worker *worker, unsigned lanes)
             l->at[lane] = lanes >> lane & 1 ? l->goal[lane] : l->t[lane];
         worker->isa->sample(l);
         for (int lane = 0; lane < KR_LANES_MAX; lane++)
-            if (lanes >> lane & 1 && !store_sample_and_set_goal(worker, lane))
+            if (lanes >> lane & 1 && !store_sample_and_check_next(worker, lane))
                 lanes &= ~(1u << lane);
     }
 }

@@ -306,7 +306,7 @@ INLINE lane_point evaluate_lane_series(kr_lanes *l, int order, wide at, int head
 }
 
 /* Returns an unnormalized quaternion of the smallest rotation that takes unit vector p to d. */
-INLINE lane_quat shortest_rotation(lane_vec p, lane_vec d)
+INLINE lane_quat unscaled_shortest_rotation(lane_vec p, lane_vec d)
 {
     return (lane_quat){1.0 + lane_vec_dot(p, d), lane_vec_cross(p, d)};
 }
@@ -319,13 +319,13 @@ INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
                    sign = wide_choose(wide_less(at->p.z, zero), wide_splat(-1.0), wide_splat(1.0));
         /* If Pz < 0, P is first rotated to -e3, and then to e3 by a half turn about e1. */
         const lane_vec d = {zero, zero, sign};
-        const lane_quat s = lane_quat_unit(shortest_rotation(at->p, d)),
+        const lane_quat s = lane_quat_unit(unscaled_shortest_rotation(at->p, d)),
                         over = {-s.v.x, {s.w, -s.v.z, s.v.y}};
         const mask up = wide_less(zero, sign);
         return (lane_quat){wide_choose(up, s.w, over.w), lane_vec_choose(up, s.v, over.v)};
     }
-    const lane_quat here =
-        lane_quat_mul(lane_quat_load(l->q), shortest_rotation(at->p, lane_vec_load(l->p[0])));
+    const lane_quat here = lane_quat_mul(lane_quat_load(l->q),
+                                         unscaled_shortest_rotation(at->p, lane_vec_load(l->p[0])));
     wide s, c;
     wide_sin_cos(0.5 * at->turn, &s, &c);
     const lane_vec v = here.v, across = {-(s * v.y), s * v.x, s * here.w};

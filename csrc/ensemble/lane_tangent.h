@@ -373,7 +373,7 @@ INLINE void write_growth_at_sample_time(kr_lanes *l, kr_lane_tangents *g)
 }
 /* Sets g->truncation_limit, and g->terms, the degrees of P, W and the tangent d at interior nodes.
  * Term n of d is about x^n tol^(n/order) |d| at a node x; terms below 2^-24 |d| are omitted. */
-static void set_truncation_and_node_terms(const kr_lanes *l, kr_lane_tangents *g)
+static void set_truncation_and_degrees(const kr_lanes *l, kr_lane_tangents *g)
 {
     g->truncation_limit = exp2(2.0 * (l->log2_tol + GROWTH_SLACK));
     for (int i = 0; i < 4; i++) {
@@ -384,9 +384,9 @@ static void set_truncation_and_node_terms(const kr_lanes *l, kr_lane_tangents *g
 /* Removes from the initial tangents g->end.d their components along the trivial solutions. Writes
  * the norms of the results to g->first_size, and the results, scaled to unit length, to g->first.
  * Writes dE and d<m, e3> of the scaled tangents to g->first_energy and g->first_vertical. */
-INLINE void normalize_initial_tangent(kr_lanes *l, kr_lane_tangents *g)
+INLINE void project_initial_tangents(kr_lanes *l, kr_lane_tangents *g)
 {
-    set_truncation_and_node_terms(l, g);
+    set_truncation_and_degrees(l, g);
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
     const lane_deviation d = remove_trivial_solutions(g, &at, deviation_load(g->end.d));
     const wide size = wide_sqrt(deviation_dot(d, d));

@@ -38,7 +38,7 @@ static void finish_without_event(kr_worker *worker, int lane)
 /* Stores the state at `fraction` (0 to 1) of the last step of a lane, where an event occurs, if
  * kr_event.condition is positive there or absent. If the longest wait ends before the event,
  * finishes the top instead. Returns 1 if the search must go on, 0 if the top left the lane. */
-static int store_event(kr_worker *worker, int lane, double fraction)
+static int store_event_if_condition_holds(kr_worker *worker, int lane, double fraction)
 {
     const kr_lanes *l = worker->lanes;
     const kr_event *event = &worker->event;
@@ -77,7 +77,9 @@ void kr_section_search(kr_worker *worker, int lane)
                              .side = (int)l->side[lane]};
     for (int n = 0; n <= degree; n++) g[n] = l->g[n][lane];
     while (kr_search_next_sign_change(&search))
-        if (search.side * search.sought >= 0 && !store_event(worker, lane, search.root)) return;
+        if (search.side * search.sought >= 0 &&
+            !store_event_if_condition_holds(worker, lane, search.root))
+            return;
     l->side[lane] = search.side;
     if (kr_lane_has_passed_goal(l, lane)) finish_without_event(worker, lane);
 }

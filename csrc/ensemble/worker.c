@@ -56,7 +56,7 @@ static void dispatch_top(kr_worker *worker, size_t i)
 }
 /* Computes the tops `from` to from + n - 1, where n <= KR_BATCH: those with closed forms in the
  * batch code, and then the others by dispatch_top. */
-static void dispatch_block(kr_worker *worker, size_t from, size_t n)
+static void compute_block_of_tops(kr_worker *worker, size_t from, size_t n)
 {
     kr_status status[KR_BATCH];
     for (size_t i = 0; i < n; i++) status[i] = KR_ERR_METHOD;
@@ -86,7 +86,7 @@ static kr_status run_tops(kr_worker *worker, const kr_tops *tops)
     if (worker->lanes) kr_scheduler_reset(worker, 0);
     for (size_t i = 0; i < tops->n; i++) tops->outcomes[i].status = KR_STATUS_COUNT;
     for (size_t i = 0; i < tops->n && !worker->interrupted; i += KR_BATCH)
-        dispatch_block(worker, i, tops->n - i < KR_BATCH ? tops->n - i : KR_BATCH);
+        compute_block_of_tops(worker, i, tops->n - i < KR_BATCH ? tops->n - i : KR_BATCH);
     if (worker->lanes) kr_scheduler_drain(worker);
     if (worker->lanes && !worker->interrupted) {
         kr_scheduler_reset(worker, 1);

@@ -108,7 +108,7 @@ static void add_space_component(const step_view *v, int axis, kr_vec3 body, doub
 }
 /* Adds to c `factor` times <e q, q M>, the component of the angular momentum along the space axis e
  * with index `axis`. M is the momentum in the body frame. Valid for any damping and support. */
-static void add_space_momentum(const step_view *v, double factor, int axis, double *c)
+static void add_general_space_momentum(const step_view *v, double factor, int axis, double *c)
 {
     /* Row i lists three products with sum (q M)_i: index in q, index in M, and 1 for a minus. */
     static const int terms[4][3][3] = {{{1, 0, 1}, {2, 1, 1}, {3, 2, 1}},
@@ -155,7 +155,7 @@ static void add_momentum_along_space_axis(const step_view *v, double factor, int
         if (axis == 2)
             add_vertical_momentum(v, factor, c);
         else
-            add_space_momentum(v, factor, axis, c);
+            add_general_space_momentum(v, factor, axis, c);
         return;
     }
     const kr_vec3 e = v_axis(axis), P = v_of(v->x[0] + 5), M = momentum_coefficient(v, 0);

@@ -62,7 +62,7 @@ static int record_sign(kr_sign_search *r, double p, double s)
 /* Returns 1 if the sign at the end of an interval of length `width` tells whether the sign changes
  * inside: if the polynomial has constant sign, is monotonic, or is zero up to noise. `bernstein`
  * has the Bernstein coefficients of the truncated polynomial (truncate_polynomial). */
-static int is_decided_by_end_sign(const kr_sign_search *r, const double *bernstein, double width)
+static int is_sign_at_end_enough(const kr_sign_search *r, const double *bernstein, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
     const double end = bernstein[r->used], sure = r->tail + r->noise;
@@ -87,7 +87,7 @@ static search_outcome search_interval(kr_sign_search *r, double *bernstein, doub
     const int n = r->used;
     double left[KR_POLYNOMIAL_ORDER_MAX + 1];
     if (high <= r->mark) return NO_ROOT;
-    if (is_decided_by_end_sign(r, bernstein, high - low) ||
+    if (is_sign_at_end_enough(r, bernstein, high - low) ||
         (r->tail == 0.0 && high - low <= NARROWEST)) {
         const double p = fabs(bernstein[n]) > r->tail + r->noise
                              ? bernstein[n]

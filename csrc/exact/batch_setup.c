@@ -105,7 +105,7 @@ static double larger(double a, double b) { return a > b ? a : b; }
  * see lagrange.h; here, g may be negative, and the unit of time is the internal one: so `m` is the
  * initial momentum times this unit, and `lever` is in internal units. `q` is the initial attitude.
  * Tops with equal results share a queue, so that most vectors compute one branch of
- * find_turning_heights. A wrong result, by rounding errors, costs only time. */
+ * find_turning_point_distances. A wrong result, by rounding errors, costs only time. */
 static int is_largest_root_isolated(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
@@ -191,7 +191,7 @@ INLINE exact_top convert_group_to_internal(group w)
 /* Returns a mask of the tops that vectors can compute: |lever| is above LEAST_LEVER (kernel.h), and
  * the horizontal momentum [internal units] or half the tilt [rad] exceeds 1e-10. The others
  * (torque-free or nearly vertical; some have no closed form) are computed one by one. */
-INLINE mask has_heavy_moving_axis(const exact_top *top)
+INLINE mask can_lanes_compute_top(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
     const wide side = wide_max(wide_abs(top->q[1].hi), wide_abs(top->q[2].hi)),
@@ -200,7 +200,7 @@ INLINE mask has_heavy_moving_axis(const exact_top *top)
     return mask_and(wide_less(wide_splat(LEAST_LEVER), wide_abs(top->lever.hi)),
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
-static void set_group_initial_quantities(group w, lagrange_setup *s)
+static void convert_and_prepare_group(group w, lagrange_setup *s)
 {
     s->top = convert_group_to_internal(w);
     const mask below = is_negative(s->top.lever.hi);
@@ -282,7 +282,7 @@ static void write_group_results(const kr_exact_request *request, group g, const 
     for (size_t k = 0; k < request->times && !many; k++) write_states(request, g, exact, lanes, k);
 }
 /* Converts the closed forms of a group to the user's units, and writes the requested results. */
-static void convert_and_write_group(const kr_exact_request *request, group g, lagrange_setup *s)
+static void write_group_or_single_tops(const kr_exact_request *request, group g, lagrange_setup *s)
 {
     const wide time = load_quantity(g, TIME), reach = load_quantity(g, REACH);
     const mask below = is_negative(load_quantity(g, GRAVITY) * reach);
@@ -296,7 +296,7 @@ static void convert_and_write_group(const kr_exact_request *request, group g, la
                                          exact->spin_angle_rate); /* never -0 */
     convert_form_to_user(exact, load_quantity(g, BEGIN), time, load_quantity(g, MOMENT) / time);
     const wide rates = exact->nutation.fast + exact->first.fast + exact->second.fast;
-    const unsigned alone = mask_bits(mask_not(has_heavy_moving_axis(&s->top))),
+    const unsigned alone = mask_bits(mask_not(can_lanes_compute_top(&s->top))),
                    finite = mask_bits(wide_less(wide_abs(rates), wide_splat(INFINITY)));
     const int rest = g.all->count - g.first, count = rest < LANES ? rest : LANES;
     for (int i = 0; i < count; i++) {
@@ -313,9 +313,10 @@ APART void compute_and_empty_queue(const kr_exact_request *request, batch_queue 
     const int groups = (w->count + LANES - 1) / LANES;
     for (int lane = w->count; lane < groups * LANES; lane++)
         for (int i = 0; i < NUMBERS; i++) w->in[i][lane] = w->in[i][0];
-    for (int i = 0; i < groups; i++) set_group_initial_quantities((group){w, i * LANES}, &s[i]);
+    for (int i = 0; i < groups; i++) convert_and_prepare_group((group){w, i * LANES}, &s[i]);
     set_up_moving_tops(s, groups);
-    for (int i = 0; i < groups; i++) convert_and_write_group(request, (group){w, i * LANES}, &s[i]);
+    for (int i = 0; i < groups; i++)
+        write_group_or_single_tops(request, (group){w, i * LANES}, &s[i]);
     w->count = w->turned[0] = w->turned[1] = 0;
     wide_zero_upper();
 }

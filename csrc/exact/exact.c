@@ -193,12 +193,12 @@ static kr_status exact_reset(kr_motion *motion, const kr_state *start)
     motion->aux = (void *)isa;
     return KR_OK;
 }
-static int exact_applies(const kr_body *body, kr_kind kind)
+static int exact_applies_to_kind(const kr_body *body, kr_kind kind)
 {
     (void)body;
     return kr_closed_form_of(kind) != NULL;
 }
-static int exact_suits(const kr_scene *scene)
+static int exact_suits_scene(const kr_scene *scene)
 {
     const kr_exact_isa *form = kr_closed_form_of(kr_scene_kind(scene));
     const kr_exact_scalar *scalar = form ? kr_exact_widest_isa(form)->scalar : NULL;
@@ -235,8 +235,8 @@ const kr_method kr_method_exact = {
     .order = 0,
     .flags = KR_METHOD_ADAPTIVE | KR_METHOD_REVERSIBLE | KR_METHOD_SYMPLECTIC |
              KR_METHOD_INTEGRABLE | KR_METHOD_ROTORS,
-    .applies = exact_applies,
-    .suits = exact_suits,
+    .applies = exact_applies_to_kind,
+    .suits = exact_suits_scene,
     .work = 1,
     .extra_doubles = count_extra_doubles,
     .reset = exact_reset,

@@ -286,7 +286,7 @@ static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
         const double s = at->s, c = at->c, rest = alpha - at->alpha;
         value[0][i] = 0.5 * turns_per_radian().hi * ((at->x - alpha) + rest / at->slope);
         value[1][i] = sum_sine_series_of_arc(arc, 1, 2.0 * s * c, c * c - s * s) +
-                      rest * (arc->p.hi * find_chaplygin_point(e, s, c).size - arc->q.hi);
+                      rest * (arc->p.hi * evaluate_arc_at_x(e, s, c).size - arc->q.hi);
         scale[1] = fmax(scale[1], fabs(value[1][i]));
     }
     for (int j = 0; j < 2; j++)
@@ -491,7 +491,7 @@ typedef struct separation {
 } separation;
 /* Sets o->H, o->G and start->has_small_G. If G is negative, reverses the sign of G: turns the axes
  * of the closed form through pi about axis 1, and converts `start` and `way` to the new axes. */
-static void set_integrals(torus_start *start, torus_units *way, chaplygin_curve *o)
+static void set_integrals_with_positive_G(torus_start *start, torus_units *way, chaplygin_curve *o)
 {
     dd *const L = start->momentum, *const g = start->up;
     const dd across = dd_add(dd_square(L[0]), dd_square(L[1]));
@@ -542,7 +542,7 @@ static dd find_initial_half_alpha(const chaplygin_arc *arc, dd u, cdd root, kr_c
                  s = way * dd_sqrt(dd_div(up, both)).hi, c = dd_sqrt(dd_div(down, both)).hi,
                  sine = 2.0 * s * c, cosine = c * c - s * s;
     e->sign = 1.0;
-    const chaplygin_point p = find_chaplygin_point(e, s, c);
+    const chaplygin_point p = evaluate_arc_at_x(e, s, c);
     const int first = fabs(root.re.hi) > fabs(root.im.hi);
     if ((first ? p.c * root.re.hi : p.s * root.im.hi) < 0.0) e->sign = -1.0;
     *periodic_t = sum_sine_series_of_arc(arc, 1, sine, cosine);
@@ -645,7 +645,7 @@ static kr_refusal make_plan(void *memory, torus_start *start, torus_units *way, 
 {
     chaplygin_work *w = memory;
     kr_chaplygin_plan *plan = &w->plan;
-    set_integrals(start, way, &w->curve);
+    set_integrals_with_positive_G(start, way, &w->curve);
     const kr_refusal refusal = fill_plan_except_heading(start, w);
     if (refusal != KR_REFUSAL_NONE) return refusal;
     plan->heading_start = plan->heading_more = 0.0;

@@ -141,7 +141,7 @@ INLINE void multiply_root_factors(const kr_chaplygin_arc *arc, wide ss, wide cc,
 }
 /* Returns the point of the arc where x/2 has the sine s and the cosine c. Every member of the
  * result has a small relative error, even where u is close to zero. */
-INLINE chaplygin_point find_chaplygin_point(const kr_chaplygin_arc *arc, wide s, wide c)
+INLINE chaplygin_point evaluate_arc_at_x(const kr_chaplygin_arc *arc, wide s, wide c)
 {
     const wide ss = s * s, cc = c * c, D = arc->C * ss + cc, one = 1.0 / D;
     const wide scale = arc->sign * (one * wide_sqrt(one));
@@ -167,7 +167,7 @@ INLINE void find_chaplygin_points(const kr_chaplygin_plan *plan, int from, int t
     evaluate_cell_series(p, arcs, 0, turns);
     if (time) evaluate_cell_series(p, arcs, 1, time);
     for (int j = 0; j < arcs; j++) sincos_turns(phase_plus(half[j], turns[j]), &s[j], &c[j]);
-    for (int j = 0; j < arcs; j++) out[j] = find_chaplygin_point(&plan->arc[from + j], s[j], c[j]);
+    for (int j = 0; j < arcs; j++) out[j] = evaluate_arc_at_x(&plan->arc[from + j], s[j], c[j]);
 }
 /* Writes half of each torus angle, given half of each mean angle [turns]. The slip is the root of
  * f(slip) = mean * slip + (sum of the periodic parts of t), with f' = |m|. Because log |m| changes

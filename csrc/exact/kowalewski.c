@@ -123,7 +123,7 @@ typedef struct arc_gaps {
 /* Returns q^2 (w1 - e)(e - w2), where e is branch point i, an end of an arc. If e = -k, this is
  * re_z^2, with Re z of find_end_distances. If e is a root of phi, it is the square of
  *     A (p^2 + q^2 - e)/2 + B p,  where A^2 = 2 (e + h), B^2 = e^2 + c and A B = l. */
-static dd find_end_distance_product(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
+static dd find_scaled_distance_product(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
 {
     const dd e = o->root[i], sum = dd_twice(dd_add(e, o->h)), other = dd_add(dd_square(e), o->c),
              size = dd_sub(dd_add(dd_square(p), dd_square(q)), e);
@@ -169,7 +169,7 @@ static void refine_end_distances(const kowalewski_curve *o, const dd product[3],
 /* Returns the distances of w1 and w2 from the ends of their arcs, in a state (p, q, r, g1, g2, g3).
  * With v = p + iq and z = (r v + g3) conj(sqrt(v^2 + g1 + i g2)) (not the z of kowalewski.h),
  *     (k - w1)(k - w2) = (Im z)^2/q^2,   (w1 + k)(-k - w2) = (Re z)^2/q^2.
- * Such products (find_end_distance_product) determine the distances to full precision. */
+ * Such products (find_scaled_distance_product) determine the distances to full precision. */
 static arc_gaps find_end_distances(const kowalewski_curve *o, const dd state[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -183,8 +183,8 @@ static arc_gaps find_end_distances(const kowalewski_curve *o, const dd state[6])
                     INFINITY};
     if (!(square.hi > 0.0)) return gap;
     const dd product[3] = {dd_div(dd_square(z.im), square),
-                           dd_div(find_end_distance_product(o, low, p, q, z.re), square),
-                           dd_div(find_end_distance_product(o, least, p, q, z.re), square)};
+                           dd_div(find_scaled_distance_product(o, low, p, q, z.re), square),
+                           dd_div(find_scaled_distance_product(o, least, p, q, z.re), square)};
     refine_end_distances(o, product, &gap);
     return gap;
 }
@@ -222,7 +222,7 @@ static cdd convert_cosine_to_sine(cdd cosine)
     return cdd_sqrt(cdd_mul(cdd_sub(one, cosine), cdd_add(one, cosine)));
 }
 /* Returns 1 if Re x is pi/2, 0 if Re x is 0 or pi, and -1 otherwise, given cos x. */
-static int classify_real_part_of_angle(cdd cosine)
+static int classify_singularity_line(cdd cosine)
 {
     const cx s = cdd_high(convert_cosine_to_sine(cosine)), c = cdd_high(cosine);
     const int crosswise = fabs(c.re) < fabs(c.im);
@@ -232,14 +232,14 @@ static int classify_real_part_of_angle(cdd cosine)
 /* Returns the smallest sinh |Im x| of all singularities x. Writes the smallest sinh |Im x| of the
  * singularities with Re x = 0, pi/2 or pi, which Landen transformations can remove, to `height`.
  * Sets `crosswise` to 1 if that singularity has Re x = pi/2, else to 0. */
-static double find_singularity_heights(const singularities *v, dd *height, int *crosswise)
+static double find_least_singularity_heights(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
     *height = dd_of(INFINITY);
     *crosswise = 0;
     for (int i = 0; i < v->count; i++) {
         const dd here = sinh_of_imaginary_part(v->cosine[i]);
-        const int line = classify_real_part_of_angle(v->cosine[i]);
+        const int line = classify_singularity_line(v->cosine[i]);
         least = fmin(least, here.hi);
         if (line >= 0 && here.hi < height->hi) *height = here, *crosswise = line;
     }
@@ -289,7 +289,7 @@ static double choose_landen_transformations(kowalewski_arc *arc)
     singularities now = find_singularities(arc);
     dd height;
     int crosswise, folds = 0;
-    double best = find_singularity_heights(&now, &height, &crosswise);
+    double best = find_least_singularity_heights(&now, &height, &crosswise);
     for (arc->folds = 0; arc->folds < FOLDS && best < 0.6;) {
         if (!(height.hi > 1e-12)) break;
         /* tanh |Im x|, and the modulus that removes this singularity x */
@@ -298,7 +298,7 @@ static double choose_landen_transformations(kowalewski_arc *arc)
         arc->fold[arc->folds] = m;
         arc->crosswise[arc->folds++] = crosswise;
         now = apply_landen_to_singularities(&now, m, crosswise);
-        const double least = find_singularity_heights(&now, &height, &crosswise);
+        const double least = find_least_singularity_heights(&now, &height, &crosswise);
         if (least > 1.2 * best) {
             best = least;
             folds = arc->folds;
@@ -597,9 +597,9 @@ static int locate_on_arc(const kowalewski_arc *arc, dd upper, dd lower, dd next_
  * shortly after `at` gives the directions of w1 and w2. Writes the points of w1 and w2 in the state
  * `at` to `point`, and theta1 and theta2 [rad] of the initial state to `theta`, given their `rate`.
  * Returns arc_gaps.mismatch of the state `at`, or infinity if there is no such state. */
-static double find_initial_angles(const kowalewski_curve *o, const kowalewski_arc arc[2],
-                                  const dd rate[3], const dd start[6], start_point point[2],
-                                  dd at[6], double theta[2])
+static double find_angles_and_mismatch(const kowalewski_curve *o, const kowalewski_arc arc[2],
+                                       const dd rate[3], const dd start[6], start_point point[2],
+                                       dd at[6], double theta[2])
 {
     const double moment = 0.00390625 / (1.0 + sqrt(fabs(o->h.hi)));
     dd series[6][ORDER + 1], later[6];
@@ -804,7 +804,7 @@ static double find_koetter_signs(kr_kowalewski_plan *plan, const start_point poi
 }
 /* Sets `w`, given the initial state `start` = (p, q, r, g1, g2, g3). In w->plan, only the arcs,
  * Koetter's constants and the signs are set. Returns KR_REFUSAL_NONE or why there is no plan. */
-static kr_refusal find_arcs_series_and_signs(const dd start[6], dd l, kowalewski_work *w)
+static kr_refusal prepare_closed_form(const dd start[6], dd l, kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;
     kowalewski_curve *o = &w->curve;
@@ -825,7 +825,8 @@ static kr_refusal find_arcs_series_and_signs(const dd start[6], dd l, kowalewski
     for (int j = 0; j < 2; j++) fill_plan_arc(&w->arc[j], &plan->arc[j]);
     start_point point[2];
     dd state[6];
-    const double mismatch = find_initial_angles(o, w->arc, w->rate, start, point, state, w->start);
+    const double mismatch =
+        find_angles_and_mismatch(o, w->arc, w->rate, start, point, state, w->start);
     const int is_known = mismatch < 1e-13;
     if (is_known && find_koetter_signs(plan, point, state) < 1e-6) return KR_REFUSAL_NONE;
     return unresolved                    ? KR_REFUSAL_COINCIDENT
@@ -870,7 +871,7 @@ static void fill_guess_table(kr_kowalewski_plan *plan)
             if (i + j > 0) d[0] = before[0], d[1] = before[1];
             for (int k = 0; k < NEWTON_STEPS && !(size < 1e-3); k++) {
                 for (int n = 0; n < 2; n++) y[n] = make_arc_angle(theta[n], d[n]);
-                size = find_newton_step(plan, plan->some_terms, y, d, &unused, step);
+                size = find_newton_step_size(plan, plan->some_terms, y, d, &unused, step);
                 for (int n = 0; n < 2; n++) d[n] -= step[n];
             }
             for (int n = 0; n < 2; n++) plan->guess[i][j][n] = (float)d[n];
@@ -915,10 +916,10 @@ static double fill_sign_table(kr_kowalewski_plan *plan, int n)
     }
     return least;
 }
-/* Fills the members of the plan that find_arcs_series_and_signs does not set, except the initial
+/* Fills the members of the plan that prepare_closed_form does not set, except the initial
  * phase of the heading. Returns fill_sign_table for the final size of the table. Above 1/4,
  * find_quaternion_sign finds the right sign in every state of the motion. */
-static double fill_rest_and_find_sign_margin(kowalewski_work *w)
+static double complete_plan_and_test_signs(kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;
     const kowalewski_curve *o = &w->curve;
@@ -972,9 +973,9 @@ static kr_refusal make_plan(void *memory, torus_start *start, torus_units *way, 
     kr_kowalewski_plan *plan = &w->plan;
     const dd *m = start->momentum, *up = start->up,
              state[6] = {dd_half(m[0]), dd_half(m[1]), m[2], up[0], up[1], up[2]};
-    const kr_refusal refusal = find_arcs_series_and_signs(state, start->vertical, w);
+    const kr_refusal refusal = prepare_closed_form(state, start->vertical, w);
     if (refusal != KR_REFUSAL_NONE) return refusal;
-    if (!(fill_rest_and_find_sign_margin(w) > 0.25)) return KR_REFUSAL_SEPARATRIX;
+    if (!(complete_plan_and_test_signs(w) > 0.25)) return KR_REFUSAL_SEPARATRIX;
     const kr_quat q = way->attitude, at = kowalewski_state_after_span(plan, 0.0, dd_of(0.0)).q;
     const cx alpha = cx_mul(cx_of(q.w, q.z), cx_of(at.w, -at.z)),
              beta = cx_mul(cx_of(q.x, q.y), cx_of(at.x, -at.y)), both = cx_add(alpha, beta);

@@ -134,7 +134,7 @@ INLINE series_group choose_by_arc(int series, wide one, wide two)
 typedef struct multiples {
     series_group s[5], c[5];
 } multiples;
-INLINE multiples find_sines_of_multiples(series_group s, series_group c)
+INLINE multiples expand_multiples_of_angle(series_group s, series_group c)
 {
     multiples m;
     m.s[1] = s, m.c[1] = c;
@@ -166,8 +166,8 @@ INLINE void sum_sine_series(const kr_kowalewski_plan *plan, const double *first,
                             const arc_angle y[2], wide value[4])
 {
     for (int at = 0; at < count; at += GROUP) {
-        const multiples m = find_sines_of_multiples(choose_by_arc(at, y[0].s, y[1].s),
-                                                    choose_by_arc(at, y[0].c, y[1].c));
+        const multiples m = expand_multiples_of_angle(choose_by_arc(at, y[0].s, y[1].s),
+                                                      choose_by_arc(at, y[0].c, y[1].c));
         const series_group sum = sum_series_group(first + at, plan->terms, &m);
         memcpy(&value[at], &sum, sizeof sum);
     }
@@ -274,8 +274,8 @@ INLINE jacobian invert_jacobian_after_step(const angle_series *series, wide step
  * Jacobian matrix at y - step to `inverse_after`. Uses the first `terms` terms of each series.
  * Returns the size (the larger component) of the plain Newton step. A step of size below 0.1 is
  * corrected for second derivatives (Chebyshev), and a step of size above 1 is shortened to 1. */
-INLINE wide find_newton_step(const kr_kowalewski_plan *plan, int terms, const arc_angle y[2],
-                             const wide d[2], jacobian *inverse_after, wide step[2])
+INLINE wide find_newton_step_size(const kr_kowalewski_plan *plan, int terms, const arc_angle y[2],
+                                  const wide d[2], jacobian *inverse_after, wide step[2])
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
     const angle_series series = sum_series_and_derivatives(plan->harmonic, terms, y);
@@ -385,7 +385,7 @@ INLINE void find_arc_angles(const kr_kowalewski_plan *plan, const dd theta[2], a
     for (int j = 0; j < 2; j++) y[j] = make_arc_angle(theta[j], d[j]);
     for (int i = 0; i < NEWTON_STEPS && !mask_all(near); i++) {
         jacobian after;
-        const wide size = find_newton_step(plan, plan->some_terms, y, d, &after, step);
+        const wide size = find_newton_step_size(plan, plan->some_terms, y, d, &after, step);
         const mask moves = mask_not(LANES == 1 ? none : near);
         copy_selected_lanes(&inverse, &after, sizeof inverse, moves);
         inexact = wide_choose(moves, size * size, inexact);

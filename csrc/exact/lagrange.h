@@ -347,7 +347,7 @@ static inline void find_roots_about_pole(const initial *s, wide guess, turning_p
 }
 /* Returns the distances between roots, u0 and poles. (du/dt)^2 is expanded about u0 if u3 is the
  * isolated root (u1 and u2 may coincide at u0), else about u = 1 (u2 and u3 may coincide there). */
-static turning_points find_turning_heights(const initial *s)
+static turning_points find_turning_point_distances(const initial *s)
 {
     /* b is the horizontal part of W x a. */
     const dd b[2] = {dd_sub(dd_mul(s->w[1], s->a[2]), dd_mul(s->w[2], s->a[1])),
@@ -410,8 +410,8 @@ typedef struct arguments {
 
 /* Returns T = K'/K, and y1 and y2: agm(1, k') = `average` times elliptic integrals of the first
  * kind (elliptic_rf), with a sign. If T < 1, also sets exact->stretch and stretch_rest. */
-static inline arguments find_theta_arguments(exact_lanes *exact, const initial *s,
-                                             const turning_points *r, dd average)
+static inline arguments find_theta_imaginary_parts(exact_lanes *exact, const initial *s,
+                                                   const turning_points *r, dd average)
 {
     const wide third = r->g31.hi, mean = average.hi, one = wide_splat(1.0);
     const dd k2 = dd_max(dd_div_fast(dd_mul(s->g, r->span), r->g31), dd_splat(1e-36));
@@ -489,7 +489,7 @@ static inline void set_momentum_scale(exact_lanes *exact, const initial *s, cons
 /* Returns the absolute value of the initial phase of the nutation, in turns. The phase is 0 at the
  * lowest and 1/4 at the highest position of the axis, and is computed from the distance to the
  * nearer one. A nutation takes half a turn. `mean` is agm(1, k'). */
-static inline dd find_initial_nutation_phase(const turning_points *r, wide mean)
+static inline dd find_initial_phase_magnitude(const turning_points *r, wide mean)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,
                per_g31 = 1.0 / r->g31.hi, low = r->down.hi * per_span;
@@ -511,7 +511,7 @@ static inline dd find_initial_nutation_phase(const turning_points *r, wide mean)
 static inline void set_initial_phases(exact_lanes *exact, const initial *s, const turning_points *r,
                                       wide i1, wide mean, const exact_top *top)
 {
-    const dd *p = top->q, here = find_initial_nutation_phase(r, mean);
+    const dd *p = top->q, here = find_initial_phase_magnitude(r, mean);
     const wide zero = wide_splat(0.0);
     const wide alpha = p[0].hi * p[0].hi + p[3].hi * p[3].hi,
                beta = p[1].hi * p[1].hi + p[2].hi * p[2].hi, per_all = 2.0 / (alpha + beta);
@@ -535,7 +535,7 @@ static inline void set_initial_phases(exact_lanes *exact, const initial *s, cons
     set_initial_phase(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
 /* Returns 1 if the symmetry axis stays vertical. Tops whose axis is almost but not exactly vertical
- * and almost at rest have been refused before (is_initial_tilt_resolved in symmetric.c). */
+ * and almost at rest have been refused before (is_fall_time_computable in symmetric.c). */
 static inline mask has_stationary_vertical_axis(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
@@ -577,7 +577,7 @@ static void set_phases_and_mean_rates(lagrange_setup *s)
  * all tops before the next: the code of all stages does not fit into the first-level cache. */
 INLINE void set_up_moving_tops(lagrange_setup s[], int n)
 {
-    for (int i = 0; i < n; i++) s[i].heights = find_turning_heights(&s[i].start);
+    for (int i = 0; i < n; i++) s[i].heights = find_turning_point_distances(&s[i].start);
     for (int i = 0; i < n; i++)
         s[i].mean =
             find_agm_and_phase_rates(&s[i].start, &s[i].heights, &s[i].nu, &s[i].k1, &s[i].k2);
@@ -585,7 +585,7 @@ INLINE void set_up_moving_tops(lagrange_setup s[], int n)
         memset(&s[i].exact, 0, sizeof s[i].exact);
         s[i].exact.constant.z = s[i].top.m.z;
         s[i].exact.side = wide_splat(1.0);
-        s[i].at = find_theta_arguments(&s[i].exact, &s[i].start, &s[i].heights, s[i].mean);
+        s[i].at = find_theta_imaginary_parts(&s[i].exact, &s[i].start, &s[i].heights, s[i].mean);
     }
     for (int i = 0; i < n; i++) set_theta_series(&s[i].exact, &s[i].heights, &s[i].at);
     for (int i = 0; i < n; i++) set_phases_and_mean_rates(&s[i]);

@@ -386,7 +386,7 @@ static void find_turning_times(const initial *s, const turning_points *r, double
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
     const dd mean = find_agm_and_sums(dd_of(kp), 0, NULL, NULL),
-             here = find_initial_nutation_phase(r, mean.hi);
+             here = find_initial_phase_magnitude(r, mean.hi);
     const dd rise = dd_sub(dd_of(0.25), here);
     const double turn = 2.0 * two_pi / (sqrt(r->g31.hi) * mean.hi);
     const int falls = s->climb.hi < 0.0;
@@ -398,7 +398,7 @@ static void find_turning_times(const initial *s, const turning_points *r, double
 /* Returns the turning points (kr_nutation) of a top with a nonnegative lever, in internal units,
  * for the initial time 0. `rotor` is the momentum of an axial rotor, divided by I3. The member
  * critical_spin is computed without the rotor. */
-static kr_nutation find_turning_points(const exact_top *top, double rotor)
+static kr_nutation describe_nutation(const exact_top *top, double rotor)
 {
     const dd i1 = find_equatorial_moment(top);
     const initial s = find_initial_quantities(top, i1);
@@ -417,7 +417,7 @@ static kr_nutation find_turning_points(const exact_top *top, double rotor)
     if (is_free ? across.hi <= KR_INPUT_RTOL * sqrt(s.w_square.hi)
                 : has_stationary_vertical_axis(&s))
         return r;
-    const turning_points heights = find_turning_heights(&s);
+    const turning_points heights = find_turning_point_distances(&s);
     r.least = find_nutation_angle(heights.minus2, heights.plus2);
     r.greatest = find_nutation_angle(heights.minus1, heights.plus1);
     r.motion_type = is_free ? "circle" : classify_heavy_motion(&s, &heights, r.least, r.greatest);
@@ -465,7 +465,7 @@ static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
 /* Returns 0, to refuse a heavy top, if half its initial tilt [rad] and its horizontal momentum
  * [internal units] are below 1e-70 and not both zero: their logarithms determine the time of the
  * fall, but fourth powers of still smaller values underflow. Returns 1 for other tops. */
-static int is_initial_tilt_resolved(const kr_scene *scene)
+static int is_fall_time_computable(const kr_scene *scene)
 {
     const kr_working w = kr_body_working(&scene->body);
     const kr_quat q = q_mul(scene->start.q, q_mul(scene->body.axes, w.axes));
@@ -485,7 +485,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     if (status != KR_OK) return status;
     const kr_kind kind = kr_scene_kind(scene);
     if (kind != KR_KIND_EULER && kind != KR_KIND_LAGRANGE) return KR_ERR_METHOD;
-    if (kr_scene_excludes_closed_form(scene, own) || !is_initial_tilt_resolved(scene))
+    if (kr_scene_excludes_closed_form(scene, own) || !is_fall_time_computable(scene))
         return KR_ERR_METHOD;
     status = convert_to_internal(scene, kind, &top);
     if (status != KR_OK) return status;
@@ -534,7 +534,7 @@ kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation *out)
     if (top.own.lever.hi == 0.0 && v_largest(top.own.m) < 1e-40) top.own.m = v3(0.0, 0.0, 0.0);
     const int below = top.own.lever.hi < 0.0;
     if (below) top.own = exchange_up_and_down(&top.own);
-    kr_nutation r = find_turning_points(&top.own, -2.0 * top.half_turn.hi);
+    kr_nutation r = describe_nutation(&top.own, -2.0 * top.half_turn.hi);
     /* The apex points along the third internal axis or in the opposite direction. */
     r.critical_spin += (top.behind ? -2.0 : 2.0) * top.half_turn.hi;
     if (below != top.behind) r = exchange_up_down_in_nutation(r);
@@ -556,7 +556,7 @@ static size_t find_plan_size(const void *plan) { return (void)plan, sizeof(kr_ex
 const kr_exact_scalar KR_NAME(kr_exact_scalar) = {sizeof(kr_exact_form),
                                                   sizeof(kr_exact_form),
                                                   find_plan_size,
-                                                  is_initial_tilt_resolved,
+                                                  is_fall_time_computable,
                                                   plan_scene,
                                                   evaluate_plan,
                                                   NULL};

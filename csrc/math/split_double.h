@@ -13,7 +13,7 @@ typedef struct split_vec {
     double part[SPLIT_MAX][3];
 } split_vec;
 
-static inline split_vec split_vec_of(kr_vec3 v) { return (split_vec){1, {{v.x, v.y, v.z}}}; }
+static inline split_vec split_from_vector(kr_vec3 v) { return (split_vec){1, {{v.x, v.y, v.z}}}; }
 static inline dd split_dd(const split_vec *v, int i)
 {
     return dd_add(two_sum(v->part[0][i], v->part[1][i]), two_sum(v->part[2][i], v->part[3][i]));
@@ -47,7 +47,7 @@ static inline void split_product(double a, double b, const split_vec *v, int fro
     }
 }
 /* Returns q* v q for a quaternion q of any norm: the vector v rotated by q*, times |q|^2. */
-static inline split_vec split_turn_back(kr_quat q, const split_vec *v)
+static inline split_vec split_turn_back_times_norm2(kr_quat q, const split_vec *v)
 {
     const double w = q.w, u[3] = {q.x, q.y, q.z};
     const int n = 4 * v->count;

@@ -38,7 +38,7 @@ INLINE void wide_sin_cos(wide x, wide *sine, wide *cosine)
 #define LN_2 0.69314718055994531
 /* Returns m and writes `exponent` such that x = m * 2^exponent and sqrt(1/2) <= m < sqrt(2).
  * Requires that x is a positive normal number. */
-INLINE wide mantissa(wide x, wide *exponent)
+INLINE wide wide_split_exponent(wide x, wide *exponent)
 {
     const wide_integer one = wide_bits(wide_splat(1.0)),
                        root = wide_bits(wide_splat(0.70710678118654752));
@@ -50,22 +50,22 @@ INLINE wide mantissa(wide x, wide *exponent)
 INLINE wide wide_log(wide x)
 {
     wide exponent;
-    const wide m = mantissa(x, &exponent), z = (m - 1.0) / (m + 1.0), y = z * z;
+    const wide m = wide_split_exponent(x, &exponent), z = (m - 1.0) / (m + 1.0), y = z * z;
     wide sum = wide_splat(1.0 / 21.0);
     for (int n = 19; n > 1; n -= 2) sum = wide_fma(y, sum, wide_splat(1.0 / n));
     sum = wide_fma(2.0 * z * y, sum, 2.0 * z);
     return wide_fma(exponent, wide_splat(LN_2), sum);
 }
 /* Returns the natural logarithm of x, computed without a division. Its absolute error of at most
- * 1e-8 is small enough for Lyapunov exponents. With m = mantissa(x) - 1, a polynomial interpolates
- * ln(1 + m) / m at Chebyshev nodes of the range of m. Requires that x is positive and normal. */
+ * 1e-8 is small enough for Lyapunov exponents. With m = wide_split_exponent(x) - 1, a polynomial
+ * interpolates ln(1 + m) / m at Chebyshev nodes of the range of m. Requires x > 0 and normal. */
 INLINE wide wide_approx_log(wide x)
 {
     static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,
                                    0.199569774831,  -0.25002153461, 0.333341833385,
                                    -0.499999870323, 0.999999974267};
     wide exponent, sum = wide_splat(0.0874394535206);
-    const wide m = mantissa(x, &exponent) - 1.0;
+    const wide m = wide_split_exponent(x, &exponent) - 1.0;
     for (int n = 0; n < 8; n++) sum = wide_fma(m, sum, wide_splat(terms[n]));
     return wide_fma(exponent, wide_splat(LN_2), m * sum);
 }

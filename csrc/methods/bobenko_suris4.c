@@ -33,7 +33,7 @@ static kr_status bobenko_suris4_reset(kr_motion *motion, const kr_state *start)
     bobenko_suris4_state *p = (bobenko_suris4_state *)motion->work;
     const double i1 = motion->inertia.x, g = motion->lever.z / i1;
     const kr_vec3 a = q_turn_e3(start->q);
-    const map_rates r = find_map_rates(motion->step, g, a, v_scale(1.0 / i1, start->m));
+    const map_rates r = find_map_step(motion->step, g, a, v_scale(1.0 / i1, start->m));
     if (!isfinite(r.step)) return KR_ERR_STEP_SIZE;
     const double turned = motion->step * v_dot(start->m, a) * (1.0 / motion->inertia.z - 1.0 / i1);
     bobenko_suris_begin(&p->o, motion, start, r.step, 0.5 * (turned + r.spin));

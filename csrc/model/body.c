@@ -255,7 +255,7 @@ static int is_axis_through_com(const kr_body *b, int axis)
 /* Returns the principal axes of b; com is in the frame of description. Asymmetric: b->axes. If the
  * symmetry axis passes through the centre of mass (up to rounding errors), it becomes the third
  * axis, along com or -com if com != 0. Else: the axes nearest to the frame of description. */
-static kr_quat choose_axes_of_symmetric_body(const kr_body *b, kr_vec3 com)
+static kr_quat choose_principal_axes(const kr_body *b, kr_vec3 com)
 {
     const int axis = find_symmetry_axis(b, KR_KIND_RTOL);
     const double reach = v_largest(com);
@@ -274,7 +274,7 @@ static kr_quat choose_axes_of_symmetric_body(const kr_body *b, kr_vec3 com)
 }
 /* Makes principal moments equal if they differ only by rounding errors. Moves the centre of mass of
  * a Lagrange top exactly onto the symmetry axis, unless the body is spherical. */
-static void merge_equal_moments(kr_body *b)
+static void make_symmetry_exact(kr_body *b)
 {
     const int axis = find_symmetry_axis(b, KR_KIND_RTOL);
     const kr_vec3 a = b->com;
@@ -308,8 +308,8 @@ kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
         for (int sweep = 0; sweep < 16; sweep++)
             for (int p = 0; p < 3; p++) apply_jacobi_rotation(d, &b.axes, p);
         set_axes(&b, reorder_axes_near_identity(b.axes), a, com);
-        set_axes(&b, choose_axes_of_symmetric_body(&b, com), a, com);
-        merge_equal_moments(&b);
+        set_axes(&b, choose_principal_axes(&b, com), a, com);
+        make_symmetry_exact(&b);
         const kr_vec3 J = b.inertia;
         if (fmin(J.x, fmin(J.y, J.z)) < KR_TENSOR_MIN_RATIO * v_largest(J)) return KR_ERR_BODY;
         memcpy(b.given.inertia, inertia, sizeof b.given.inertia);

@@ -38,7 +38,7 @@ static inline double find_conserved_energy(double step, double g, kr_vec3 axis, 
 }
 /* Returns the time h of the continuous motion that corresponds to the step e = r->step of the map,
  * or NaN if |z| >= 1/2. Sets the other members of `r`; if |z| >= 1/2, only r->energy. */
-static inline double find_map_time_and_rates(map_rates *r, double g, kr_vec3 axis, kr_vec3 momentum)
+static inline double find_map_time(map_rates *r, double g, kr_vec3 axis, kr_vec3 momentum)
 {
     const double e = r->step, c = v_dot(momentum, axis), l = momentum.z;
     double A = 0.0, B = 0.0, D = 0.0, power = 1.0;
@@ -57,13 +57,13 @@ static inline double find_map_time_and_rates(map_rates *r, double g, kr_vec3 axi
 }
 /* Returns e, K and the angles of the map step that corresponds to the time h = time_step of the
  * motion. `step` and `energy` are NaN if no e is found, or if 2 h^2 |K| > 1 or h^2 |g| > 1. */
-static inline map_rates find_map_rates(double time_step, double g, kr_vec3 axis, kr_vec3 momentum)
+static inline map_rates find_map_step(double time_step, double g, kr_vec3 axis, kr_vec3 momentum)
 {
     const double h = time_step;
     map_rates r = {h, 0.0, 0.0, 0.0};
     double last = 0.0, reached = 0.0;
     for (int i = 0; i < 20; i++) {
-        const double now = find_map_time_and_rates(&r, g, axis, momentum), e = r.step;
+        const double now = find_map_time(&r, g, axis, momentum), e = r.step;
         if (fabs(now - h) <= 4.0 * DBL_EPSILON * fabs(h)) {
             if (h * h * fmax(2.0 * fabs(r.energy), fabs(g)) <= 1.0) return r;
             break;

@@ -295,7 +295,7 @@ double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double
                0.5 * step * v_dot(kr_state_torque(scene, s), s->m) / i1;
     if (order != 4) return NAN;
     const double c = kr_state_axial_momentum(scene, s);
-    const map_rates r = find_map_rates(step, weight * w.com.z / i1, a, v_scale(1.0 / i1, s->m));
+    const map_rates r = find_map_step(step, weight * w.com.z / i1, a, v_scale(1.0 / i1, s->m));
     return i1 * r.energy + 0.5 * (1.0 / w.inertia.z - 1.0 / i1) * c * c;
 }
 double kr_attitude_error(kr_quat a, kr_quat b)

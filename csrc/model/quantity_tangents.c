@@ -384,7 +384,7 @@ static quantity_point make_point(const kr_scene *scene, const kr_state *s)
     return at;
 }
 /* Returns the derivative of kr_acceleration_at by the amplitude (1), rate (2) or phase (3). */
-static double find_gravity_derivative(const quantity_point *at, int shaking_parameter)
+static double find_acceleration_derivative(const quantity_point *at, int shaking_parameter)
 {
     const kr_shaking *by = &at->scene->shaking;
     const double square = by->rate * by->rate, t = at->state->t;
@@ -397,8 +397,8 @@ static double find_gravity_derivative(const quantity_point *at, int shaking_para
 }
 /* Sets the changes of the state (and of `weight`) in `by`, given its parameter change and a column
  * of the tangent matrix: theta in the frame of description, followed by dm. */
-static void set_vector_changes(const quantity_point *at, const double tangent_column[6],
-                               quantity_change *by)
+static void set_state_changes(const quantity_point *at, const double tangent_column[6],
+                              quantity_change *by)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
     by->described_turn = v_of(tangent_column);
@@ -410,7 +410,8 @@ static void set_vector_changes(const quantity_point *at, const double tangent_co
     by->V = v_cross(at->V, by->turn);
     by->O = v_add(v_cross(at->O, by->turn), components_along(at->frame, by->turning));
     by->U = v_sub(by->W, by->O);
-    if (by->shaking) by->weight = at->scene->body.mass * find_gravity_derivative(at, by->shaking);
+    if (by->shaking)
+        by->weight = at->scene->body.mass * find_acceleration_derivative(at, by->shaking);
     if (by->is_mass) by->weight = kr_acceleration_at(at->scene, at->state->t);
     by->apex = none;
     if (!by->changes_com) return;
@@ -419,7 +420,7 @@ static void set_vector_changes(const quantity_point *at, const double tangent_co
                    : v3(NAN, NAN, NAN);
 }
 /* Sets the parameter change of each column of the tangent matrix, for KR_TANGENT_... flags. */
-static void set_parameter_changes(const kr_scene *scene, uint64_t tangents, quantity_change *by)
+static void set_column_parameters(const kr_scene *scene, uint64_t tangents, quantity_change *by)
 {
     if (tangents & KR_TANGENT_START) by += 6;
     for (int i = 0; i < 3 && tangents & KR_TANGENT_MOMENTS; i++, by++) by->moments = v_axis(i);
@@ -444,12 +445,12 @@ void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, si
                  rows = index == KR_QUANTITY_q ? 3 : quantity->doubles;
     quantity_change changes[KR_TANGENT_COLUMNS_MAX] = {0};
     double value[KR_QUANTITY_DOUBLES_MAX], column[6];
-    set_parameter_changes(scene, by, changes);
+    set_column_parameters(scene, by, changes);
     for (size_t i = 0; i < n; i++, tangents += 6 * columns, out += rows * columns) {
         const quantity_point at = make_point(scene, &states[i]);
         for (size_t c = 0; c < columns; c++) {
             for (size_t row = 0; row < 6; row++) column[row] = tangents[row * columns + c];
-            set_vector_changes(&at, column, &changes[c]);
+            set_state_changes(&at, column, &changes[c]);
             write_tangent(index, &at, &changes[c], value);
             for (size_t row = 0; row < rows; row++) out[row * columns + c] = value[row];
         }

@@ -14,7 +14,7 @@ kr_scene kr_scene_default(void)
     return (kr_scene){
         .body = body, .gravity = 1.0, .start = {0.0, {1.0, 0.0, 0.0, 0.0}, {0.172, -1.862, 1.46}}};
 }
-static int is_valid_support(const kr_scene *scene)
+static int is_support_input_valid(const kr_scene *scene)
 {
     const kr_shaking *shaking = &scene->shaking;
     if (!v_finite(scene->turning) || !(scene->friction >= 0.0 && scene->friction < INFINITY))
@@ -44,7 +44,7 @@ kr_status kr_scene_check_start(const kr_scene *scene)
         return KR_ERR_ARGUMENT;
     if (!v_finite(damping) || !(damping.x >= 0.0 && damping.y >= 0.0 && damping.z >= 0.0))
         return KR_ERR_ARGUMENT;
-    if (!is_valid_support(scene)) return KR_ERR_ARGUMENT;
+    if (!is_support_input_valid(scene)) return KR_ERR_ARGUMENT;
     if (!(fabs(q_dot(start->q, start->q) - 1.0) <= KR_INPUT_RTOL)) return KR_ERR_ATTITUDE;
     return check_wheels_and_gradient(scene);
 }
@@ -94,7 +94,7 @@ kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working)
     return (kr_swing){moment, 1.0 / moment,
                       times_power_of_2(sqrt(times_power_of_2(part, odd)), (power - odd) / 2)};
 }
-static double largest_support_rate(const kr_scene *scene)
+static double largest_support_frequency(const kr_scene *scene)
 {
     const double shaking = kr_support_shakes(scene) ? scene->shaking.rate : 0.0;
     return fmax(v_largest(scene->turning), shaking);
@@ -102,7 +102,7 @@ static double largest_support_rate(const kr_scene *scene)
 /* Returns the unit of moments and the pendulum frequency like kr_scene_swing (scene.h), but with
  * the larger of gravity and the greatest acceleration of the shaken support. In a gravity gradient
  * k, the frequency is at least sqrt(|k|), the upper bound of the frequency of librations. */
-static kr_swing find_fastest_swing(const kr_scene *scene, const kr_working *working)
+static kr_swing find_disturbed_swing(const kr_scene *scene, const kr_working *working)
 {
     const kr_shaking *shaking = &scene->shaking;
     if (!kr_support_shakes(scene)) {
@@ -117,10 +117,10 @@ static kr_swing find_fastest_swing(const kr_scene *scene, const kr_working *work
 }
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units)
 {
-    const kr_swing swing = find_fastest_swing(scene, working);
+    const kr_swing swing = find_disturbed_swing(scene, working);
     const kr_pull pull = kr_scene_pull(scene, working->com);
     int time;
-    const double turning = largest_support_rate(scene) * swing.moment,
+    const double turning = largest_support_frequency(scene) * swing.moment,
                  momentum =
                      fmax(fmax(v_largest(scene->start.m), v_largest(scene->body.rotor)), turning);
     if (!kr_find_time_unit(&swing, momentum, &time)) return KR_ERR_ARGUMENT;
@@ -140,8 +140,8 @@ double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_w
                   W = v_over(v_sub(q_turn_back(q_mul(scene->start.q, scene->body.axes), m), h),
                              v_scale(1.0 / units->moment, scene->body.inertia));
     const double swing = sqrt(v_length(lever) / moment),
-                 shaking = find_fastest_swing(scene, working).rate * units->time,
-                 turning = units->time * largest_support_rate(scene),
+                 shaking = find_disturbed_swing(scene, working).rate * units->time,
+                 turning = units->time * largest_support_frequency(scene),
                  moved = kr_support_shakes(scene) ? fmax(shaking, turning) : turning;
     const double rotation = fmax(v_largest(W), (v_length(m) + v_length(h)) / moment);
     return 0x1p53 * units->time / fmax(rotation, fmax(swing, moved));

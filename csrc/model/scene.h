@@ -32,14 +32,14 @@ static inline int kr_support_shakes(const kr_scene *scene)
     return scene->shaking.amplitude != 0.0;
 }
 /* Returns 1 if there is dry friction or a gravity gradient, or if the support moves. */
-static inline int kr_scene_needs_extra_terms(const kr_scene *scene)
+static inline int kr_scene_has_support_terms(const kr_scene *scene)
 {
     return scene->friction > 0.0 || kr_support_turns(scene) || kr_support_shakes(scene) ||
            scene->gradient != 0.0;
 }
 static inline int kr_scene_is_disturbed(const kr_scene *scene)
 {
-    return v_largest(scene->damping) > 0.0 || kr_scene_needs_extra_terms(scene);
+    return v_largest(scene->damping) > 0.0 || kr_scene_has_support_terms(scene);
 }
 /* Returns 1 if the support rotates about the vertical only. In the inertial frame, a top without
  * damping and friction then moves as if the support did not rotate. */

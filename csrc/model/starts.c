@@ -11,7 +11,7 @@ static kr_vec3 add_nonzero_components(kr_vec3 a, kr_vec3 b)
 }
 /* Returns the quaternion product a b, like q_mul (su2.h), but adds the terms in another order. This
  * order is kept, because published initial states depend on the last bits of their attitudes. */
-static kr_quat q_product(kr_quat a, kr_quat b)
+static kr_quat q_mul_published_order(kr_quat a, kr_quat b)
 {
     return q4(a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
               v3(a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
@@ -20,7 +20,7 @@ static kr_quat q_product(kr_quat a, kr_quat b)
 }
 void kr_scene_set_velocity(kr_scene *scene, kr_vec3 velocity)
 {
-    const kr_quat q = q_product(scene->start.q, scene->body.axes);
+    const kr_quat q = q_mul_published_order(scene->start.q, scene->body.axes);
     const kr_vec3 W = q_turn_back(q, add_nonzero_components(velocity, scene->turning));
     scene->start.m =
         q_turn(q, add_nonzero_components(v_times(scene->body.inertia, W), scene->body.rotor));
@@ -55,7 +55,8 @@ static kr_quat find_euler_frame_in_body(const kr_scene *scene)
 void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates)
 {
     const double c = cos(angles.x), s = sin(angles.x), level = rates.z * sin(angles.y);
-    scene->start.q = q_product(euler_rotation(angles), q_conj(find_euler_frame_in_body(scene)));
+    scene->start.q =
+        q_mul_published_order(euler_rotation(angles), q_conj(find_euler_frame_in_body(scene)));
     kr_scene_set_velocity(scene, v3(rates.y * c + level * s, rates.y * s - level * c,
                                     rates.x + rates.z * cos(angles.y)));
 }

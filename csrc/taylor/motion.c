@@ -68,7 +68,7 @@ static double choose_series_rate(const kr_motion *motion, kr_vec3 W, int is_held
 /* Returns the attitude q, given (q | P). If skip_heading (kreisel.h) is set, q is unknown. The
  * result is then a rotation of P to e3, the inverse of q_tilt(P) (math/su2.h). To normalize P, two
  * terms of the series for 1 / |P| suffice, because |P| is close to 1. */
-static kr_quat series_attitude(const kr_motion *motion, const double q_P[8])
+static kr_quat read_unit_attitude(const kr_motion *motion, const double q_P[8])
 {
     const kr_vec3 P = v3(q_P[5], q_P[6], q_P[7]);
     return motion->skip_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
@@ -79,7 +79,7 @@ static void read_plain_state(const kr_taylor *p, const kr_motion *motion, const 
                              const double w[4], kr_state *to)
 {
     const kr_vec3 M = v_times(motion->inertia, v_scale(p->rate, v3(w[1], w[2], w[3])));
-    to->q = series_attitude(motion, x);
+    to->q = read_unit_attitude(motion, x);
     to->m = q_turn(to->q, motion_add_rotor(motion, M));
 }
 /* Converts the values at_x and at_w of the series to a state in double-double precision. Stores the

@@ -167,7 +167,7 @@ INLINE duo next_attitude_and_vertical(const series_sums *a, duo share)
 
 /* Returns b_n for a vector b with b' = b x U, such as P or O. `products` is the sum of order n - 1
  * of (next(U) * prev(b) | prev(U) * next(b)), whose second half minus first half is b x U. */
-INLINE quad find_cross_coefficient(duo products, int n)
+INLINE quad integrate_cross_product(duo products, int n)
 {
     return quad_fma(quad_reciprocal(-n), duo_first(products),
                     quad_mul(quad_reciprocal(n), duo_second(products)));
@@ -214,8 +214,8 @@ INLINE quad add_friction_holding_spin(kr_series *s, kr_series *own, int n, quad 
 }
 /* Returns W_{n+1} without the torques of the gravity gradient and of friction that holds the top.
  * `a` contains the sums of order n, and `p` is the n-th coefficient of G P. */
-INLINE quad next_top_velocity(const series_sums *a, const kr_series *s, const kr_series *own, int n,
-                              quad p)
+INLINE quad next_velocity_with_support(const series_sums *a, const kr_series *s,
+                                       const kr_series *own, int n, quad p)
 {
     const quad share = quad_reciprocal(n + 1),
                drag = quad_mul(quad_mul(share, quad_load(s->drag)), quad_load(own->w[n])),
@@ -227,7 +227,7 @@ INLINE quad next_top_velocity(const series_sums *a, const kr_series *s, const kr
 }
 /* Returns the n-th Taylor coefficient of next(P) * prev(P). The gravity gradient exerts the torque
  * P x (K A P) = K * (prev(A) - next(A)) * next(P) * prev(P). */
-INLINE quad find_gravity_gradient_products(const kr_series *s, int n)
+INLINE quad sum_vertical_products(const kr_series *s, int n)
 {
     quad sum = quad_splat(0.0);
     for (int j = 0; j <= n; j++)
@@ -267,11 +267,12 @@ INLINE void expand_effective_gravity(const kr_series *s, kr_series *own, int ord
 INLINE void set_next_angular_velocities(kr_series *s, kr_series *own, turned_term *turned, int n,
                                         quad vertical, const series_sums *a, int terms)
 {
-    const quad o = terms & TURNS ? find_cross_coefficient(a->support, n + 1) : quad_splat(0.0);
-    quad w = next_top_velocity(a, s, own, n, terms & SHAKES ? duo_second(a->pulled) : vertical);
+    const quad o = terms & TURNS ? integrate_cross_product(a->support, n + 1) : quad_splat(0.0);
+    quad w =
+        next_velocity_with_support(a, s, own, n, terms & SHAKES ? duo_second(a->pulled) : vertical);
     if (terms & GRADIENT)
         w = quad_fma(quad_mul(quad_reciprocal(n + 1), quad_load(s->steep)),
-                     find_gravity_gradient_products(s, n), w);
+                     sum_vertical_products(s, n), w);
     if (s->holds != 0.0) w = add_friction_holding_spin(s, own, n, w, o);
     set_coefficients_of_W_and_U(s, own, turned, n + 1, w, o, terms & TURNS, 0);
 }
@@ -283,7 +284,7 @@ INLINE void set_next_coefficients(kr_series *s, kr_series *own, turned_term *tur
     const series_sums a = cauchy_products(s, own, turned, n, terms);
     const quad p = terms & HEADLESS ? quad_load(s->x[n] + 4) : duo_second(duo_load(s->x[n]));
     if (terms & HEADLESS)
-        store_and_permute_vertical(s, turned, n + 1, find_cross_coefficient(a.p, n + 1));
+        store_and_permute_vertical(s, turned, n + 1, integrate_cross_product(a.p, n + 1));
     else
         duo_store(s->x[n + 1], next_attitude_and_vertical(&a, duo_reciprocal(n + 1)));
     if (terms & SUPPORT) {
@@ -370,7 +371,7 @@ INLINE void set_known_relative_velocities(kr_series *s, kr_series *own, turned_t
             for (int j = 0; j <= n; j++)
                 support = duo_fma(turned[j].u, turned[n - j].fixed, support);
         set_coefficients_of_W_and_U(s, own, turned, n + 1, quad_load(s->w[n + 1]),
-                                    find_cross_coefficient(support, n + 1), terms & TURNS, 1);
+                                    integrate_cross_product(support, n + 1), terms & TURNS, 1);
     }
 }
 /* Computes the coefficients of orders `from` + 1 to `order`, given those of orders 0 to `from`.

@@ -92,7 +92,7 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
     if (supports) supports->limit_steps(s, motion, rate);
 }
-static void change_time_unit(kr_series s[2], double factor)
+static void rescale_step_end(kr_series s[2], double factor)
 {
     for (int i = 0; i < 2; i++) {
         s[i].t *= factor;
@@ -107,7 +107,7 @@ void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate,
                         const struct kr_support_ops *supports)
 {
     if (rate == p->rate || p->has_tangents != 0.0) return;
-    change_time_unit(p->series, rate / p->rate);
+    rescale_step_end(p->series, rate / p->rate);
     p->rate = rate;
     kr_taylor_set_constants(p->series, motion, rate, supports);
     if (supports) supports->place(p->series, motion, rate);

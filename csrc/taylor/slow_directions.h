@@ -120,7 +120,7 @@ static void invert_matrix(double m[3][3], double inverse[3][3])
     for (int i = 0; i < 9; i++) inverse[i / 3][i % 3] /= sum;
 }
 /* Sets slow->gain to the inverse of the matrix 1 - couple[i][k] / d_i (i, k: strongly damped). */
-static void set_velocity_per_torque(slow_directions *slow)
+static void set_rotor_gain(slow_directions *slow)
 {
     double m[3][3];
     for (int i = 0; i < 3; i++)
@@ -168,6 +168,6 @@ static int try_strong_directions(slow_directions *slow, int weak_count, double u
     others = fmax(others, bound_rotor_rate(slow));
     slow->rate = 2.0 * creep + (weak_count > 0 ? 2.0 * others : slow->shaking);
     if (!(weakest > (weak_count > 0 ? STRONG : STRONG_ALONE) * others)) return 0;
-    set_velocity_per_torque(slow);
+    set_rotor_gain(slow);
     return 1;
 }

@@ -85,7 +85,7 @@ static void REAL(set_velocities_from_components)(REAL(terms) * s, const slow_dir
 }
 /* Sets the (n + 1)-th coefficient of a vector b at rest relative to the support (O or P), by b' = b
  * x U. The rows of b and of U begin at `row` and `u_row`. */
-static void REAL(set_next_fixed_vector)(REAL(terms) * s, int row, int u_row, int n)
+static void REAL(set_next_support_fixed_vector)(REAL(terms) * s, int row, int u_row, int n)
 {
     const real zero = r_of(0.0, 0.0);
     real ahead[3] = {zero, zero, zero}, behind[3] = {zero, zero, zero};
@@ -150,14 +150,14 @@ static double REAL(update_coefficients)(REAL(terms) * s, const slow_directions *
         REAL(set_velocities_from_components)(s, slow, n);
         if (2 * n <= order) moved = fmax(moved, change);
         if (n == order) break;
-        if (slow->turns) REAL(set_next_fixed_vector)(s, ROW_O, u, n);
+        if (slow->turns) REAL(set_next_support_fixed_vector)(s, ROW_O, u, n);
         if (has_weak) REAL(find_relative_acceleration)(s, slow, n, force);
         for (int i = 0; i < slow->count; i++) {
             real *own = s->c[U_ROW(slow) + i];
             if (!slow->is_slow[i])
                 own[n + 1] = r_div(r_sub(force[i], r_mul(s->drag[i], own[n])), r_of(n + 1, 0.0));
         }
-        REAL(set_next_fixed_vector)(s, ROW_P, u, n);
+        REAL(set_next_support_fixed_vector)(s, ROW_P, u, n);
     }
     return moved;
 }

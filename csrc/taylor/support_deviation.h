@@ -152,7 +152,7 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, doub
     if (p->is_held) REAL(read_path_coefficients)(p, path, order, rotor);
 }
 /* Subtracts k P x b from `push_loss`. b is the member `pull` of the tangent, and k a function of
- * time with the constants `scale` (set_acceleration_coefficients). */
+ * time with the constants `scale` (set_acceleration_constants). */
 static void REAL(add_weight_derivative)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                         const kr_tangent *g, const dd scale[4], int order)
 {
@@ -211,7 +211,7 @@ static void REAL(set_parameter_terms)(const REAL(moving_path) * p, REAL(moving_d
     if (g->timing != 0.0) {
         const dd since = dd_make(path->t, motion->digits > 16 ? path[1].t : 0.0);
         dd scale[4] = {{0.0, 0.0}};
-        set_acceleration_coefficients(motion, rate, since, g->timing, scale);
+        set_acceleration_constants(motion, rate, since, g->timing, scale);
         REAL(add_weight_derivative)(p, d, g, scale, order);
     }
     if (v_largest(v_of(g->turning_of + 1)) > 0.0)

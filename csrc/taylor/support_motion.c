@@ -119,7 +119,8 @@ static double find_first_negative(double *bernstein, int n, double low, double h
 }
 /* Returns the fraction of the step at which `sign` times the friction variable plus `constant`
  * first becomes negative. Returns INFINITY if the sum stays nonnegative throughout the step. */
-static double find_friction_crossing(const kr_series *s, int order, double sign, double constant)
+static double find_friction_crossing_part(const kr_series *s, int order, double sign,
+                                          double constant)
 {
     double b[KR_TAYLOR_MAX + 1], power = 1.0, binomial = 1.0, others = 0.0;
     b[0] = sign * s->w[0][0] + constant;
@@ -176,8 +177,8 @@ static dd find_end_friction_slope(const kr_series s[2], int order)
         sum = dd_add(dd_mul(sum, h), dd_times(i, dd_make(s[0].w[i][0], s[1].w[i][0])));
     return sum;
 }
-/* Returns 1 if the spin, which begins with the sign `sliding`, changes its sign within the step.
- * find_friction_crossing does not detect this if the spin at the end is within `noise` of zero. */
+/* Returns 1 if the spin, which begins with the sign `sliding`, changes its sign within the step. If
+ * the spin at the end is within `noise` of zero, find_friction_crossing_part does not detect this. */
 static int spin_crosses_zero(const kr_series s[2], int order, double sliding, double noise)
 {
     const double span = s->end - s->t;
@@ -227,9 +228,9 @@ static void end_step_at_friction_switch(kr_taylor *p, const kr_motion *motion,
     kr_series *s = p->series;
     const int n = kernel->order, slides = s->slides != 0.0, deep = kr_taylor_is_extended(motion);
     const double noise = spin_unit * NEGLIGIBLE_SPIN, most = 1.0 + NEGLIGIBLE_SPIN;
-    const double first = slides ? find_friction_crossing(s, n, p->sliding, noise)
-                                : find_friction_crossing(s, n, 1.0, most),
-                 second = slides ? INFINITY : find_friction_crossing(s, n, -1.0, most);
+    const double first = slides ? find_friction_crossing_part(s, n, p->sliding, noise)
+                                : find_friction_crossing_part(s, n, 1.0, most),
+                 second = slides ? INFINITY : find_friction_crossing_part(s, n, -1.0, most);
     const double span = s->end - s->t;
     const int passes = slides && !(first < INFINITY) && spin_crosses_zero(s, n, p->sliding, noise);
     const double part = passes ? 1.0 : fmin(first, second);

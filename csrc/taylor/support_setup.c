@@ -90,7 +90,7 @@ double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
     return fmax(fmax(shaking_rate(motion), stop), turning + sqrt(energy / least));
 }
 /* Returns the apex (kreisel.h), a unit vector, along the principal axes. */
-static vec_dd find_apex_direction(const kr_motion *motion)
+static vec_dd find_apex_in_body(const kr_motion *motion)
 {
     const vec_dd along = motion->body->com;
     if (!(v_largest(vdd_high(along)) > 0.0)) return vdd_of(v3(0.0, 0.0, 1.0));
@@ -98,7 +98,7 @@ static vec_dd find_apex_direction(const kr_motion *motion)
 }
 static void set_friction_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
-    const vec_dd apex = find_apex_direction(motion), eased = vdd_over(apex, motion->body->inertia);
+    const vec_dd apex = find_apex_in_body(motion), eased = vdd_over(apex, motion->body->inertia);
     const dd ease = vdd_dot(apex, eased), per_ease = dd_div(dd_of(1.0), ease);
     const double friction = kr_support_friction_torque(motion, rate);
     set_vector_words(s[0].apex, s[1].apex, apex);

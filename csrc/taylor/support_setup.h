@@ -11,7 +11,7 @@
 /* Returns 1 if `scene` has friction, a gravity gradient or a moving support, 0 if it is NULL. */
 static inline int kr_support_is_needed(const kr_scene *scene)
 {
-    return scene && kr_scene_needs_extra_terms(scene);
+    return scene && kr_scene_has_support_terms(scene);
 }
 /* Returns an approximate upper bound, in internal units, on the largest of: rates of the support;
  * angular speed reached from W; sqrt(friction torque / inertia), unless is_held. */

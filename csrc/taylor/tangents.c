@@ -233,7 +233,7 @@ static double sum_component_squares(const deviation_address *at, double *numbers
 }
 /* Evaluates all tangents at the time path->at, and stores the values in `substep_end`. Returns the
  * largest truncation error, or INFINITY if a tangent is not finite. */
-static double evaluate_substep_end(const tangent_set *t)
+static double find_error_at_substep_end(const tangent_set *t)
 {
     const double *to = &t->work->path->at;
     const double power = pow(*to - t->first->t, t->order);
@@ -271,7 +271,7 @@ static double truncation_tolerance(const tangent_set *t)
 /* Computes the Taylor series of the tangents for one substep, given their values at its beginning.
  * The substep ends before the end of the step if a truncation error at the end of the step would be
  * too large. Returns the largest truncation error at the end of the substep. */
-static double expand_substep(const tangent_set *t)
+static double expand_shortened_substep(const tangent_set *t)
 {
     const double most = truncation_tolerance(t), from = t->first->t;
     tangent_work *c = t->work;
@@ -279,18 +279,18 @@ static double expand_substep(const tangent_set *t)
     expand_tangents(t);
     c->path[0].at = c->to;
     c->path[1].at = c->to_low;
-    double worst = evaluate_substep_end(t);
+    double worst = find_error_at_substep_end(t);
     for (int i = 0; i < MAX_SHORTENINGS && !(worst <= most); i++) {
         const double share = pow(most / worst, 1.0 / t->order);
         h = share > 0.01 ? h * 0.9 * share : 0.01 * h;
         c->path[0].at = from + h;
         c->path[1].at = 0.0;
-        worst = evaluate_substep_end(t);
+        worst = find_error_at_substep_end(t);
     }
     c->until = c->path[0].at;
     return worst;
 }
-/* Calls expand_substep for the first substep of the last step, and returns its result. */
+/* Calls expand_shortened_substep for the first substep of the last step, and returns its result. */
 static double expand_first_substep(const tangent_set *t)
 {
     tangent_work *c = t->work;
@@ -301,9 +301,9 @@ static double expand_first_substep(const tangent_set *t)
     }
     memcpy(c->path, taylor_of(t->motion)->series, t->words * sizeof(kr_series));
     c->substep = 1.0;
-    return expand_substep(t);
+    return expand_shortened_substep(t);
 }
-/* Computes the path in the next substep. Then returns the result of expand_substep. */
+/* Computes the path in the next substep. Then returns the result of expand_shortened_substep. */
 static double expand_next_substep(const tangent_set *t)
 {
     const kr_kernel *kernel = t->motion->aux;
@@ -319,7 +319,7 @@ static double expand_next_substep(const tangent_set *t)
         memcpy(g->x[0], g->substep_end, sizeof g->substep_end);
     }
     t->work->substep += 1.0;
-    return expand_substep(t);
+    return expand_shortened_substep(t);
 }
 /* Propagates all tangents over the last step of the path. Returns the largest truncation error of
  * all substeps. Returns INFINITY on overflow, if a substep would be too short, or if MAX_SUBSTEPS
@@ -372,7 +372,7 @@ static void expand_substep_containing(const tangent_set *t, double time)
 /* Converts the momentum change `push` from the body frame and the units of the series to the space
  * frame and internal units. q is the attitude. With up to 16 digits, the rotation is computed in
  * double precision to save time. */
-static vec_dd rotate_push_to_space(const tangent_set *t, quat_dd q, vec_dd push)
+static vec_dd convert_push_to_space(const tangent_set *t, quat_dd q, vec_dd push)
 {
     return vdd_scale_exactly(taylor_of(t->motion)->rate,
                              t->words > 1 ? qdd_turn(q, push)
@@ -398,7 +398,7 @@ static void evaluate_tangents(const kr_motion *motion, kr_quat attitude, double 
         const deviation_address from = find_tangent_address(&t, i);
         double *numbers = is_end ? from.from->end : from.from->at;
         out[i].turn = read_components(&t, &from, numbers, 0);
-        out[i].push = rotate_push_to_space(&t, q, read_components(&t, &from, numbers, 3));
+        out[i].push = convert_push_to_space(&t, q, read_components(&t, &from, numbers, 3));
     }
 }
 static double get_truncation_error(const kr_motion *motion, double *memory)

@@ -78,7 +78,7 @@ static kr_vec3 find_frame_without_energy_gain(const kr_scene *scene, double weig
  * scene->turning, if the kinetic energy in this frame is at most `energy`. The bound is closer for
  * a Lagrange top if scene->turning is 0: its spin never increases, so that all energy except that
  * of the initial spin is assigned to a rotation about a transverse axis. */
-static double bound_angular_velocity(const kr_scene *scene, double energy)
+static double bound_relative_angular_speed(const kr_scene *scene, double energy)
 {
     const kr_vec3 i = scene->body.inertia, a = v_unit(scene->body.com);
     if (kr_support_turns(scene) || kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE)
@@ -106,7 +106,7 @@ void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity)
     *momentum = rotor + sqrt(2.0 * energy * largest) + largest * turning;
     *momentum = fmax(v_length(scene->start.m), *momentum);
     *velocity =
-        bound_angular_velocity(&seen, energy) + v_length(v_sub(scene->turning, seen.turning));
+        bound_relative_angular_speed(&seen, energy) + v_length(v_sub(scene->turning, seen.turning));
     *velocity = fmax(v_length(kr_state_velocity(scene, &scene->start)), *velocity);
     if (!(*momentum > 0.0)) *momentum = 1.0;
     if (!(*velocity > 0.0)) *velocity = 1.0;

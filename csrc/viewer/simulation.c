@@ -84,7 +84,7 @@ static void clear_incomplete_row(kr_simulation *simulation)
 }
 /* Doubles `stride` and halves the even number `rows`: merges rows 2k - 1 and 2k into row k, with
  * the time of row 2k, for k = 1, 2, ... The last row 2k is the incomplete row, at index `rows`. */
-static void halve_record(kr_simulation *simulation)
+static void merge_record_rows_in_pairs(kr_simulation *simulation)
 {
     for (int64_t k = 1; 2 * k <= simulation->rows; k++) {
         simulation->record[k] = simulation->record[2 * k];
@@ -103,10 +103,10 @@ static int is_sample_time(const kr_simulation *simulation, int samples)
     return simulation->clock % (part > simulation->common ? part : simulation->common) == 0;
 }
 /* Measures all tops at a sample time. Completes a row of the record at a multiple of `stride`. */
-static void record_measures(kr_simulation *simulation)
+static void record_measures_if_due(kr_simulation *simulation)
 {
     if (!simulation->common || !is_sample_time(simulation, KR_SIMULATION_SAMPLES)) return;
-    if (simulation->rows == KR_SIMULATION_ROWS) halve_record(simulation);
+    if (simulation->rows == KR_SIMULATION_ROWS) merge_record_rows_in_pairs(simulation);
     kr_record_row *row = &simulation->record[simulation->rows];
     const int all = is_sample_time(simulation, KR_SIMULATION_FULL_SAMPLES);
     for (int i = 0; i < simulation->count; i++) {
@@ -170,7 +170,7 @@ static void add_prepared_top(kr_simulation *simulation)
     simulation->count++;
     simulation->rows = 0;
     clear_incomplete_row(simulation);
-    record_measures(simulation);
+    record_measures_if_due(simulation);
 }
 /* Reduces the step budget by the steps since the last call. Returns nonzero if it is exhausted. */
 static int poll_budget(void *context)
@@ -276,7 +276,7 @@ int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t
         tick = find_next_step(simulation, &next);
         if (tick == reached || tick == INT64_MAX) continue; /* another step ends at `reached` */
         simulation->clock = reached;
-        record_measures(simulation);
+        record_measures_if_due(simulation);
     }
     return simulation->clock;
 }
