@@ -178,7 +178,7 @@ static dd find_end_friction_slope(const kr_series s[2], int order)
     return sum;
 }
 /* Returns 1 if the spin, which begins with the sign `sliding`, changes its sign within the step. If
- * the spin at the end is within `noise` of zero, find_friction_crossing_part does not detect this. */
+ * the final spin is within `noise` of zero, find_friction_crossing_part does not detect this. */
 static int spin_crosses_zero(const kr_series s[2], int order, double sliding, double noise)
 {
     const double span = s->end - s->t;
