@@ -674,11 +674,11 @@ typedef struct kr_exact kr_exact;
 #define KR_EXACT_SIZE 704
 KR_API size_t kr_exact_size(const kr_scene *scene);
 /* Computes the closed form in memory of kr_exact_size(scene) bytes, which the caller owns and
- * aligns for doubles. Returns KR_ERR_METHOD if there is none, or if its `certificate` exceeds
- * `bound` (0: KR_EXACT_BOUND); only kr_exact_describe may then be called. Kowalewski and
+ * aligns for doubles. Returns KR_ERR_METHOD if there is none, or if kr_exact_info.certificate is
+ * above `bound` (0: KR_EXACT_BOUND); only kr_exact_describe may then be called. Kowalewski and
  * Goryachev-Chaplygin tops must satisfy the conditions of their kind exactly: near a separatrix, a
- * rounding error can change the attitude completely. Lagrange tops are refused if they are almost
- * but not exactly vertical (tilt and horizontal momentum below 1e-70). */
+ * rounding error can change the attitude completely. Lagrange tops are refused if almost but not
+ * exactly vertical (tilt and horizontal momentum below 1e-70). */
 KR_API kr_status kr_exact_plan(const kr_scene *scene, double bound, kr_exact *exact);
 /* Returns the numbers that describe the motion, or its refusal. */
 KR_API kr_exact_info kr_exact_describe(const kr_exact *exact);

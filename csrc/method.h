@@ -169,8 +169,8 @@ struct kr_method {
     void (*read)(const kr_motion *motion, kr_state *s);
     /* Writes the attitude and momentum at the time `clock`, in the last step. NULL: not dense. */
     void (*at)(kr_motion *motion, double clock, kr_state *s);
-    /* Like `at` for n times, but faster, and for times beyond the last step too (closed form). The
-     * caller then advances the motion. May be NULL. */
+    /* Like `at` for n times, but faster, and beyond the last step too (closed form). The caller
+     * must advance the motion afterwards. May be NULL. */
     void (*at_times)(const kr_motion *motion, size_t n, const double clock[], kr_state out[]);
     /* Returns the Taylor polynomials of the last step. May be NULL. */
     kr_step_polynomial (*polynomial)(const kr_motion *motion);

@@ -67,7 +67,7 @@ kr_config kr_worker_config_of(const kr_worker *worker, size_t i)
     const double *t = kr_worker_times_of(tops, i);
     kr_config config = worker->config;
     const int back = worker->is_section
-                         ? kr_worker_max_event_wait(worker, i) < 0.0
+                         ? kr_worker_event_wait_limit(worker, i) < 0.0
                          : tops->times > 0 && t[tops->times - 1] < tops->scenes[i].start.t;
     config.step = kr_step_directed(config.step, back);
     return config;
@@ -99,7 +99,7 @@ static kr_status record_event_states(kr_worker *worker, kr_top *top, kr_slot *sl
 {
     kr_event event = worker->event;
     kr_status status = kr_top_watch(top, 1, &event);
-    const double wait = kr_worker_max_event_wait(worker, slot->top);
+    const double wait = kr_worker_event_wait_limit(worker, slot->top);
     while (status == KR_OK && slot->states < worker->tops->times) {
         kr_event_hit hit;
         status = kr_top_seek(top, slot->last.t + wait, &hit);
@@ -207,7 +207,7 @@ int kr_lane_set_goal(kr_worker *worker, int lane)
         return 0;
     }
     const double until = worker->is_section
-                             ? slot->last.t + kr_worker_max_event_wait(worker, slot->top)
+                             ? slot->last.t + kr_worker_event_wait_limit(worker, slot->top)
                              : t[slot->states];
     if (!(fabs(until) < slot->horizon) || !(slot->forward * (until - slot->requested) >= 0.0)) {
         kr_lane_fall_back(worker, lane);

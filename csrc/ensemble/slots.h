@@ -83,7 +83,7 @@ static inline kr_accumulator *kr_worker_accumulators(const kr_worker *worker, in
     return worker->accumulators + (size_t)lane * worker->reductions;
 }
 /* Returns the longest wait for the next event of a top (kr_worker_section), or 0 without times. */
-static inline double kr_worker_max_event_wait(const kr_worker *worker, size_t top)
+static inline double kr_worker_event_wait_limit(const kr_worker *worker, size_t top)
 {
     const kr_tops *tops = worker->tops;
     return tops->times > 0 ? tops->t[tops->own_times ? top : 0] : 0.0;

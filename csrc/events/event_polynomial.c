@@ -233,9 +233,9 @@ static void add_component(const step_view *v, double factor, int number, double 
     }
 }
 
-/* Returns an upper bound on the magnitude of a state component in its unit (component_unit). If the
- * support is at rest and gravity has no gradient, the energy permits |W| = 1 at most about the axis
- * of the least moment of inertia A. Hence each A_i W_i^2 is at most A. Otherwise, |W| <= 1. */
+/* Returns an upper bound on the magnitude of a state component in its unit (component_unit). The
+ * unit of time makes |W| <= 1. If the support is at rest and gravity has no gradient, this bound
+ * comes from the energy, so A_i W_i^2 is at most the least moment of inertia for each axis i. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;

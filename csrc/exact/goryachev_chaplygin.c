@@ -114,7 +114,7 @@ static int make_arcs(const chaplygin_curve *o, const dd u[2], chaplygin_arc arc[
     return 1;
 }
 /* Returns P, and writes |u| to `abs_u`. ss and cc are the squares of sin(x/2) and cos(x/2). */
-static dd evaluate_P_and_abs_u(const chaplygin_arc *arc, dd ss, dd cc, dd *abs_u)
+static dd find_dx_factor_and_abs_u(const chaplygin_arc *arc, dd ss, dd cc, dd *abs_u)
 {
     const chaplygin_curve *o = arc->curve;
     const dd D = dd_add(dd_mul(arc->C, ss), cc);
@@ -152,7 +152,7 @@ static void sample_integrands(const void *arc, const cosine_table *t, int i, dd 
 {
     const dd c = dd_half(dd_plus(t->c[i], 1.0)), s = dd_half(dd_sub(dd_of(1.0), t->c[i]));
     dd size;
-    out[0] = evaluate_P_and_abs_u(arc, s, c, &size);
+    out[0] = find_dx_factor_and_abs_u(arc, s, c, &size);
     out[1] = dd_mul(out[0], size);
 }
 /* Sets the averages and the sine series of an arc. Returns 0 if the averages do not converge. */
@@ -298,10 +298,10 @@ static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
         }
     return tail;
 }
-/* Fills the cells (kr_chaplygin_arc) of arc j in the plan. Doubles the number of cells until the
- * last Chebyshev coefficients are below 4e-15, or once more after they are below 1e-11. Begins each
- * pass at the largest |u|, where they are largest, to abandon it early. Returns 0 if MOST_CELLS
- * cells are too few, or the last coefficients are not below 1e-13. */
+/* Fills the cells (kr_chaplygin_arc) of arc j in the plan. Doubles their number until the tail
+ * (result of fit_cell_series) is below 4e-15, or was below 1e-11 in the previous pass. A pass
+ * starts at the largest |u|, where the tail is largest, and stops if it reaches 1e-11. Returns 0 if
+ * MOST_CELLS cells are too few, or the final tail is not below 1e-13. */
 static int make_cells(chaplygin_work *w, int j)
 {
     kr_chaplygin_plan *const plan = &w->plan;

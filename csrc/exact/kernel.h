@@ -479,9 +479,9 @@ static inline wide sign_of(wide x)
 
 /* Sets the nutation period and the mean rates of precession and spin, from the rates nu, `first`
  * and `second` [rad per unit of time] of the phases of nutation, alpha and beta. While X grows by 2
- * pi, theta1(X + i y1) and theta2(X + i y2) circle zero once, clockwise for y > 0. So the mean rate
- * of arg alpha or arg beta gains nu times the sign of -y: the sign of exact->slope[0] or [1]. It is
- * 0 for y = 0, where the function has real zeros. theta4 (`euler`) does not circle zero. */
+ * pi, theta1(X + i y1) and theta2(X + i y2) circle zero once, clockwise for y > 0. This adds -nu
+ * sign(y) to the mean rate of arg alpha or arg beta; exact->slope[0] or [1] has the sign of -y. For
+ * y = 0 (real zeros), sign(y) is 0. theta4 (`euler`) does not circle zero. */
 static inline void set_period_and_mean_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),

@@ -883,9 +883,9 @@ static double dot_sign_table_quaternions(const signed char a[4], const signed ch
     for (int i = 0; i < 4; i++) dot += a[i] * b[i];
     return dot / (127.0 * 127.0);
 }
-/* Fills the table of signs for n * n pairs (y1, y2): each quaternion gets the sign of its
+/* Fills the sign table: quaternions at n * n pairs (y1, y2), each with the sign closest to its
  * predecessor in y2 or, for the first y2, in y1. Sets half_turns[j] to 1 if the sign changes when
- * y_(j+1) grows by two turns. Returns the least scalar product of neighbours with equal signs. */
+ * y_(j+1) grows by two turns. Returns the least scalar product of neighbours, so signed. */
 static double fill_sign_table(kr_kowalewski_plan *plan, int n)
 {
     signed char *const node = (signed char *)(plan->harmonic + plan->terms);

@@ -50,8 +50,8 @@ typedef struct kr_kowalewski_arc {
     int poles, low, high, folds; /* low, high: the branch points at x = pi and x = 0 */
     kr_fold fold[FOLDS];         /* from x to y */
 } kr_kowalewski_arc;
-/* The coefficients of sin(n y1) and sin(n y2) for one n: `angle` in S_11, S_12, S_21, S_22 [rad],
- * heading[0] and heading[1] in the sine series of psi/2 in y1 and in y2 [turns]; the rest is 0. */
+/* Coefficients of sin(n y1) and sin(n y2) for one n: `angle` in S_11, S_12, S_21, S_22 [rad],
+ * heading[0] and [1] in the sine series of psi/2 in y1 and y2 [turns]; heading[2] = [3] = 0. */
 typedef struct kr_harmonic {
     double angle[4], heading[4];
 } kr_harmonic;
@@ -570,8 +570,8 @@ INLINE arc_point find_arc_point(const kr_kowalewski_arc *arc, int complex, half_
         r.g.two = find_real_factor_root(arc, 2, x, rate);
     return r;
 }
-/* Returns R, where |dw/F| = D R dx. R is `scale` divided by those of d, g0, g at e1, g at e2, minus
- * and plus (arc_point) that are not zero at an end of the arc. */
+/* Returns R of |dw/F| = D R dx: arc->scale divided by the product of those roots d, g0, g, `minus`,
+ * `plus` (arc_point) that vanish at neither end of the arc. */
 INLINE wide find_differential_factor(const kr_kowalewski_arc *arc, int complex, const arc_point *at)
 {
     wide product = arc->low == AT_INFINITY ? wide_splat(1.0) : at->d.v;

@@ -292,9 +292,9 @@ static inline void recompute_small_distances(const initial *s, turning_points *r
     r->span = dd_max(r->span, level);
     r->g32 = dd_max(r->g32, dd_times(wide_splat(1e-150), r->g31));
 }
-/* Writes all distances to r. u3 must be the root farthest from the other two. `c` contains the
+/* Fills r (turning_points). u3 must be the root farthest from the other two. `c` contains the
  * coefficients of (du/dt)^2 = c[0] + c[1] v + c[2] v^2 + g v^3, v = u - u0. This expansion keeps
- * small distances between u0, u1 and u2 accurate. `guess` is an approximation of g (u3 - u0). */
+ * small distances between u0, u1 and u2 accurate. `guess` approximates g (u3 - u0). */
 static inline void find_roots_about_initial_height(const initial *s, const dd c[3], wide guess,
                                                    turning_points *r)
 {
@@ -319,7 +319,7 @@ static inline void find_roots_about_initial_height(const initial *s, const dd c[
 /* Writes all distances to r, if u1 is the root farthest from the other two. The polynomial
  * (du/dt)^2 is expanded in powers of u - 1, because u2 <= 1 <= u3 can coincide only at u = 1 (axis
  * upright). `guess` is an approximation of u1 - u0. */
-static inline void find_roots_about_pole(const initial *s, wide guess, turning_points *r)
+static inline void find_roots_by_pole_expansion(const initial *s, wide guess, turning_points *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
     const dd wa = dd_add(dd_mul(s->w[0], s->a[0]), dd_mul(s->w[1], s->a[1]));
@@ -345,7 +345,7 @@ static inline void find_roots_about_pole(const initial *s, wide guess, turning_p
     r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
     recompute_small_distances(s, r, 0);
 }
-/* Returns the distances between roots, u0 and poles. (du/dt)^2 is expanded about u0 if u3 is the
+/* Returns the distances between roots, u0, -1 and 1. (du/dt)^2 is expanded about u0 if u3 is the
  * isolated root (u1 and u2 may coincide at u0), else about u = 1 (u2 and u3 may coincide there). */
 static turning_points find_turning_point_distances(const initial *s)
 {
@@ -364,7 +364,7 @@ static turning_points find_turning_point_distances(const initial *s)
         find_roots_about_initial_height(s, c, guess, &r);
         return r;
     }
-    find_roots_about_pole(s, guess / s->g.hi, &r);
+    find_roots_by_pole_expansion(s, guess / s->g.hi, &r);
     if (!mask_any(top)) return r;
     find_roots_about_initial_height(s, c, guess, &some);
     copy_selected_lanes(&r, &some, sizeof r, top);

@@ -37,9 +37,9 @@ static inline modified_kick make_modified_kick(const kr_motion *motion)
                            motion->rotor, h,
                            -h * h / 12.0, lagrange};
 }
-/* Returns the change in momentum due to `part` times a kick. For a Lagrange top with the symmetry
- * axis a in space and A = (0, 0, A_T), q L q* is replaced by (A_T - k A_T^2 <a,e3> / I_N) a. This
- * vector has the same cross product with the vertical and costs less. */
+/* Returns the change of m by `part` times a kick. For a Lagrange top with equatorial moment I, A =
+ * (0, 0, b) and the symmetry axis a in space, (b - k b^2 <a,e3> / I) a replaces q L q*. This vector
+ * has the same cross product with the vertical and costs less. */
 static inline kr_vec3 modified_kick_impulse(const modified_kick *kick, kr_quat q, double part)
 {
     const kr_vec3 A = kick->lever;

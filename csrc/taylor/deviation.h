@@ -61,7 +61,7 @@ INLINE void add_products(deviation_sums *a, const turned_path *path, const turne
 INLINE void set_next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *d, int n,
                                const deviation_sums *a, const deviation_sums *b)
 {
-    const triple share = triple_reciprocal(n + 1);
+    const triple share = triple_splat_reciprocal(n + 1);
     const halves crossed = halves_add(a->turn, b->turn),
                  pushed = halves_add(halves_add(a->push, a->cross), halves_add(b->push, b->cross));
     const triple plus = triple_mul(share, halves_first(crossed)),

@@ -28,7 +28,7 @@ INLINE triple load_common(const double *four)
     return triple_of(duo_splat_lane(four, 1), duo_splat_lane(four, 2), duo_splat_lane(four, 3));
 }
 INLINE triple triple_splat(duo a) { return triple_of(a, a, a); }
-INLINE triple triple_reciprocal(int n) { return triple_splat(duo_reciprocal(n)); }
+INLINE triple triple_splat_reciprocal(int n) { return triple_splat(duo_reciprocal(n)); }
 INLINE triple triple_add(triple a, triple b)
 {
     return triple_of(duo_add(a.x, b.x), duo_add(a.y, b.y), duo_add(a.z, b.z));

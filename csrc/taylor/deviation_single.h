@@ -14,7 +14,7 @@ typedef quad triple;
 typedef duo turned, path_term, halves;
 
 INLINE triple load_common(const double *four) { return quad_load(four); }
-INLINE triple triple_reciprocal(int n) { return quad_reciprocal(n); }
+INLINE triple triple_splat_reciprocal(int n) { return quad_reciprocal(n); }
 INLINE triple triple_add(triple a, triple b) { return quad_add(a, b); }
 INLINE triple triple_sub(triple a, triple b) { return quad_fma(quad_splat(-1.0), b, a); }
 INLINE triple triple_mul(triple a, triple b) { return quad_mul(a, b); }

@@ -1,4 +1,4 @@
-/* Single tangents in double precision. This file is compiled once for each instruction set. */
+/* deviation.h for single tangents in doubles. Compiled once for each instruction set. */
 #include "quat_simd.h"
 enum { WORDS = 1 };
 #include "deviation_single.h"

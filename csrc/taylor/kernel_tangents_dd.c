@@ -1,4 +1,4 @@
-/* Single tangents in double-double precision, for results with 20 and 30 digits. This file is
+/* deviation.h for single tangents in double-double precision (20 and 30 digits). This file is
  * compiled once for each instruction set. */
 #define KR_LONG_FUNCTIONS
 #include "quat_simd_dd.h"

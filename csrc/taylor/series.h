@@ -83,8 +83,8 @@ INLINE void add_rotor_terms(const kr_series *s, turned_vector *w0)
     w0->behind = duo_add(w0->behind, duo_load(s->shift));
 }
 /* Returns the term of series_sums.cross with m = j, where `w` is turned[j].w. Without a rotor, both
- * halves of w.ahead * w.behind are next(W_j) * prev(W_j), so each is multiplied by 1/2. For j = 0,
- * w.behind contains s->shift once. It is added again, so that half of the sum contains it once. */
+ * halves of w.ahead * w.behind are next(W_j) * prev(W_j), so each is multiplied by 1/2. s->shift,
+ * which w.behind contains if j = 0, must not be halved, so it is first added once more. */
 INLINE duo find_middle_cross_term(const kr_series *s, turned_vector w, int j)
 {
     if (j == 0) add_rotor_terms(s, &w);

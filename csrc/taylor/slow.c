@@ -408,7 +408,7 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
 /* Backward in time, damping makes the magnitude L of the angular momentum grow. If the damping D is
  * the same about all axes and no other torque acts, the relative growth rate D <W, A W> / L^2 does
  * not decrease backward in time. Small additional torques hardly change this rate. Hence L grows at
- * least exponentially, with the initial rate. The function tests if |W| then exceeds `limit`. */
+ * least exponentially, with the initial rate. Returns 1 if |W| exceeds `limit` by `until`. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until)
 {
     const kr_taylor *p = taylor_of(motion);

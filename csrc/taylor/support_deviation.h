@@ -152,7 +152,7 @@ static void REAL(read_path)(REAL(moving_path) * p, const kr_motion *motion, doub
     if (p->is_held) REAL(read_path_coefficients)(p, path, order, rotor);
 }
 /* Subtracts k P x b from `push_loss`. b is the member `pull` of the tangent, and k a function of
- * time with the constants `scale` (set_acceleration_constants). */
+ * time with the constants `scale` (set_timing_constants). */
 static void REAL(add_weight_derivative)(const REAL(moving_path) * p, REAL(moving_deviation) * d,
                                         const kr_tangent *g, const dd scale[4], int order)
 {
@@ -211,7 +211,7 @@ static void REAL(set_parameter_terms)(const REAL(moving_path) * p, REAL(moving_d
     if (g->timing != 0.0) {
         const dd since = dd_make(path->t, motion->digits > 16 ? path[1].t : 0.0);
         dd scale[4] = {{0.0, 0.0}};
-        set_acceleration_constants(motion, rate, since, g->timing, scale);
+        set_timing_constants(motion, rate, since, g->timing, scale);
         REAL(add_weight_derivative)(p, d, g, scale, order);
     }
     if (v_largest(v_of(g->turning_of + 1)) > 0.0)
@@ -277,8 +277,8 @@ static void REAL(set_next_tangent_terms)(const REAL(moving_path) * p, REAL(movin
     if (p->has_friction) REAL(add_friction_change)(p, d, n);
 }
 /* Computes the coefficients of orders 1 to `order` of n single tangents (tangents.h). If
- * `jump_factor` is not NULL, instead subtracts jump_factor * (change of the spin) * a from
- * kr_tangent.end (N at the end of the last step), where the series `path` then begins. */
+ * `jump_factor` is not NULL, instead subtracts jump_factor * (change of the spin) * a from N in
+ * kr_tangent.end; `path` must then begin at the end of the last step. */
 static void REAL(expand_or_jump_tangents)(const kr_motion *motion, double rate,
                                           const kr_series path[2], kr_tangent *first, size_t n,
                                           int order, const dd *jump_factor)

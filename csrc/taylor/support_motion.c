@@ -251,7 +251,7 @@ static void end_step_at_friction_switch(kr_taylor *p, const kr_motion *motion,
     }
     s[0].end_w[0] = s[1].end_w[0] = 0.0;
 }
-static int find_friction_jump(const kr_motion *motion, int order, dd *factor)
+static int find_tangent_jump_factor(const kr_motion *motion, int order, dd *factor)
 {
     const kr_taylor *p = taylor_of(motion);
     const kr_series *s = p->series;
@@ -324,6 +324,6 @@ const kr_support_ops kr_supports = {.rate = kr_support_rate,
                                     .start = set_initial_friction_mode,
                                     .step = step_with_support,
                                     .slopes = find_end_derivatives,
-                                    .jumps = find_friction_jump,
+                                    .jumps = find_tangent_jump_factor,
                                     .expand_tangents = FOR_TANGENTS(kr_support_expand_tangents),
                                     .jump_tangents = FOR_TANGENTS(kr_support_jump_tangents)};

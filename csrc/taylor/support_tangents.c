@@ -10,8 +10,8 @@ enum { TERMS = KR_TAYLOR_MAX + 1 /* coefficients of a series */ };
  * u, where u is the phase of the shaking, and t is counted from the time `since`, in units of 1 /
  * rate. k is the acceleration along -e3, or its derivative by gravity, amplitude, rate or phase of
  * the shaking, as selected by `timing` (kr_timing, method.h). */
-static void set_acceleration_constants(const kr_motion *motion, double rate, dd since,
-                                       double timing, dd scale[4])
+static void set_timing_constants(const kr_motion *motion, double rate, dd since, double timing,
+                                 dd scale[4])
 {
     const kr_shaking *shaking = &motion->scene->shaking;
     const double unit = motion->time_unit / rate;
