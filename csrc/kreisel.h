@@ -15,8 +15,8 @@
  *
  * Motion:  dm/dt = mass g e3 x a - D (w - turning) - turning x m + dry friction,   a = q com q*
  *          dq/dt = (w - turning) q / 2,   m = J w + rotor,   g = gravity - A r^2 cos(r t + phase)
- *          with inertial angular velocity w, inertia J and damping D (tensors in space), amplitude
- *          A and rate r of a shaken support; a gravity gradient adds gradient * e3 x J e3 to dm/dt.
+ *          with inertial angular velocity w, inertia J and damping D (tensors in space), and A, r
+ *          and phase of kr_shaking; a gravity gradient adds gradient * e3 x J e3 to dm/dt.
  * Frames:  The space axes e1, e2 and e3 rotate with the support; gravity acts along -e3. The body
  *          has two frames: the frame of description, in which the user describes it, and the
  *          principal axes at the fixed point (N, B, T). The attitude q rotates vectors from the
@@ -25,7 +25,7 @@
  *          (com), or T if these points coincide.
  * Units:   Any consistent units can be used. Dimensions are given in brackets, as powers of mass M,
  *          length L and time T.
- * Memory:  Only kr_top_create, kr_worker_create and the methods of GSL allocate memory.
+ * Memory:  Only kr_top_create, kr_worker_create and the methods in gsl/gsl.c allocate memory.
  * Errors:  A function that can fail returns a kr_status and writes its results through its last
  *          arguments. On failure, it writes no results, unless its comment says otherwise.
  * Threads: There is no global state. Only one thread at a time can use a given top.
@@ -142,9 +142,9 @@ typedef struct kr_state {
 typedef struct kr_shaking {
     double amplitude, rate, phase; /* [L], of any sign; [T^-1], positive if it shakes; [rad] */
 } kr_shaking;
-/* A wheel on a free axle (kr_scene_release_wheel). Its momentum about the axle, in the inertial
- * frame, is constant and a part of kr_body.rotor. Its moment about the axle is not a part of
- * kr_body.inertia. Affects only quantities such as wheel_rate. All zero: no wheel. */
+/* A wheel on a free axle (kr_scene_release_wheel). Unless `axis` is 0, its momentum about the axle,
+ * in the inertial frame, is constant and a part of kr_body.rotor, and its moment is no part of
+ * kr_body.inertia. kr_wheel affects only quantities such as wheel_rate. All zero: no wheel. */
 typedef struct kr_wheel {
     kr_vec3 axis; /* unit vector along the principal axes; 0: `rate` is relative to the body */
     double rate;  /* angular velocity in the inertial frame, about the axis [T^-1] */
@@ -191,14 +191,14 @@ typedef struct kr_config {
     /* The step size [T]; its sign is the direction of time. For an adaptive method, it is the first
      * step, or 0: automatic. Fixed-step methods refuse |t| >= 2^50 * |step| (KR_ERR_STEP). */
     double step;
-    /* Tolerance below 1, or 0 for the default: of the local error (adaptive methods), the residual
-     * (implicit methods), or kr_exact_info.certificate (exact: min(tol, KR_EXACT_BOUND)). */
+    /* Tolerance below 1, or 0 for the default. Bounds the local error (adaptive methods), the
+     * residual (implicit methods) or kr_exact_info.certificate (exact: at most KR_EXACT_BOUND). */
     double tol;
-    /* Maximum number of steps since start.t (in all calls), or 0 for no limit. An adaptive method
-     * without dense output may add 1024 steps per requested time, but at most max_steps if > 0. */
+    /* Maximum number of steps since start.t (in all calls), or 0: no limit. Not counted: up to 1024
+     * (max_steps, if > 0 and less) per requested time in adaptive methods without dense output. */
     int64_t max_steps;
-    /* NULL, or a function called at least every 256 steps and 1024 states (worker: 2^16), and in
-     * every step of adaptive methods without dense output. A nonzero result stops the run. */
+    /* NULL, or a function called at least every 256 steps and 1024 states (workers: 2^16 states),
+     * and in every step of adaptive methods without dense output. It returns nonzero to stop. */
     int (*poll)(void *context);
     void *context;
     /* Number of digits, for methods with KR_METHOD_DIGITS: 0 (accuracy `tol`), or 1 to 30, rounded
@@ -283,7 +283,7 @@ KR_API const char *kr_version(void);
 
 /* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. If the
  * inertia tensor is diagonal, the principal axes are the axes of the frame of description. Else,
- * they are the right-handed frame nearest to it, but T is the axis of a Lagrange top. */
+ * they are right-handed and nearest to that frame, but T is the symmetry axis of a Lagrange top. */
 
 /* Homogeneous shapes and their sizes [L], none negative. Tubes and cones have the axis (0, 0, 1). A
  * tube {0, r, h} is a cylinder, {0, r, 0} a disk, {r, r, 0} a hoop, and {0, 0, h} a rod. */
@@ -356,13 +356,13 @@ KR_API void kr_scene_set_body_momentum(kr_scene *scene, kr_vec3 momentum);
 /* Sets attitude and momentum from the Euler angles precession_angle, nutation and spin_angle [rad]
  * (see kr_quantity) and their rates relative to the support [T^-1], each in this order. */
 KR_API void kr_scene_set_euler(kr_scene *scene, kr_vec3 angles, kr_vec3 rates);
-/* Lets a wheel with the moment `inertia` about its axle turn freely from the initial time on.
- * Before, its momentum inertia * rate along `axis` (in the frame of description, of any length)
- * must be part of body.rotor, and its moment part of body.inertia. Changes the inertia, its
- * principal axes and the rotor of the body. If the wheel has all the moment of the body about the
- * axle, it keeps its rate relative to the body, and damping and friction give KR_ERR_WHEEL. Returns
- * KR_ERR_BODY if the body cannot contain the wheel, and KR_ERR_ARGUMENT for other invalid arguments
- * or more than KR_WHEELS_MAX wheels. */
+/* Lets a wheel with the moment `inertia` [M L^2] about its axle turn freely from the initial time
+ * on. `rate` [T^-1] is relative to the body. Before, the wheel's momentum inertia * rate along
+ * `axis` (in the frame of description, of any length) must be part of body.rotor, and its moment
+ * part of body.inertia. Changes the inertia, its principal axes and the rotor of the body. If the
+ * wheel has all the moment of the body about the axle, it keeps its rate relative to the body, and
+ * damping and friction give KR_ERR_WHEEL. Returns KR_ERR_BODY if the body cannot contain the wheel,
+ * and KR_ERR_ARGUMENT for other invalid arguments or more than KR_WHEELS_MAX wheels. */
 KR_API kr_status kr_scene_release_wheel(kr_scene *scene, double inertia, kr_vec3 axis, double rate);
 /* Writes the slower rate of steady precession about e3 [T^-1] or, if `fast` is nonzero, the faster;
  * 0 for a vertical apex. The top is symmetric, with spin and tilt as in kr_scene_set_spinning.
@@ -531,10 +531,10 @@ KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *sc
                                  double out[]);
 
 /* kr_top_save writes a checkpoint of kr_top_save_size bytes. A top with the same method, events,
- * scene (except `start`) and configuration (except max_steps and poll) that loads it reaches
- * bitwise equal states and the same events, except if a taylor kernel without fused multiply-add
- * replaces one with it. Damage, or another version, machine, scene or method, gives
- * KR_ERR_CHECKPOINT and leaves the top unchanged. */
+ * scene (except `start`) and configuration (except max_steps, poll and context) that loads it
+ * reaches bitwise equal states and the same events, except if it uses a taylor kernel without fused
+ * multiply-add, and the saved top used one with fused multiply-add. Damage, or another version,
+ * machine, scene or method, gives KR_ERR_CHECKPOINT and leaves the top unchanged. */
 KR_API size_t kr_top_save_size(const kr_top *top);
 KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
@@ -597,15 +597,15 @@ typedef struct kr_tops {
     double *reduced;      /* [n][reductions]; NaN for a failed top; may be NULL */
     kr_outcome *outcomes; /* [n] */
     /* Growth indicators, [n][times][KR_GROWTH_COUNT], NaN after outcomes[i].done; may be NULL.
-     * `direction`: initial tangent, like a column of kr_top_tangents; NULL: a fixed default. */
+     * `direction`: [6], initial tangent of all tops, as in kr_top_tangents; NULL: fixed default. */
     double *growth;
     const double *direction;
 } kr_tops;
 /* Allocates a worker, which keeps a copy of the array `reduction`. Free it with kr_worker_free. */
 KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
                                   const kr_reduction reduction[], kr_worker **worker);
-/* Computes the states of all tops at the requested times. Returns KR_OK even if tops fail (see
- * `outcomes`), but KR_ERR_INTERRUPTED, the status of unfinished tops, if config.poll stops it. */
+/* Computes the states of all tops at the requested times. Returns KR_OK even if tops fail. If
+ * config.poll stops the run, this call and unfinished tops (`outcomes`) get KR_ERR_INTERRUPTED. */
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
 /* Like kr_worker_run, but computes sections: for each top, the first `times` states at which the
  * event occurs (see kr_top_watch). `t` holds the longest wait for each event: one number or, with
@@ -654,9 +654,9 @@ typedef struct kr_exact_info {
     /* Period of the nutation [T], INFINITY if it is constant; on a torus, see `frequency`. */
     double period;
     /* For Lagrange tops, mean rates of the apex about the vertical and of the body about the apex
-     * [T^-1], without the jumps of Euler angles at the poles. For free bodies, read m for the
-     * vertical and, for the apex, the principal axis at an acute angle to m that circulates about m
-     * (the symmetry axis, if there is one). */
+     * [T^-1], without the jumps of Euler angles at the poles. For free bodies, m replaces the
+     * vertical, and the apex is replaced by the principal axis about which m circulates in the body
+     * (the symmetry axis, if there is one), in the direction at an acute angle to m. */
     double precession_rate, spin_angle_rate;
     /* For Kowalewski and Goryachev-Chaplygin tops, two angular frequencies of the body on its torus
      * (the first is pi / period), and the mean rate of precession [T^-1]. Sums of integer multiples
@@ -703,9 +703,9 @@ typedef struct kr_nutation {
     /* "sleeping", "hanging", "steady", "separatrix", "pendulum", "rosette" (through the vertical),
      * "loops", "cusps" or "waves"; for a free body, "resting" or "circle". */
     const char *motion_type;
-    /* sum, difference = <m, e3> +- <m, apex>, inertia = I1, axial_energy: of the rotation about the
-     * apex, lever = mass * gravity * <com, apex>. With h = nutation / 2, the energy is 2 I1
-     * (dh/dt)^2 + (sum tan h + difference cot h)^2 / (8 I1) + axial_energy + lever cos 2h. */
+    /* sum = <m, e3> + <m, apex>, difference = <m, e3> - <m, apex>, inertia = I1, lever = mass *
+     * gravity * <com, apex>; axial_energy of rotation about the apex. If h = nutation / 2, energy =
+     * 2 I1 (dh/dt)^2 + (sum tan h + difference cot h)^2 / (8 I1) + axial_energy + lever cos 2h. */
     double sum, difference, inertia, axial_energy, lever;
 } kr_nutation;
 /* Computes the turning points. Returns KR_ERR_METHOD unless kr_nutation applies. */

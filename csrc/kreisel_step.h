@@ -8,7 +8,7 @@
  * with the principal moments J and a unit quaternion q, scalar part first, that rotates vectors
  * from the principal axes into space. The impulse is the torque times the time step h. A step adds
  * half of the impulse to m, turns the body, and adds the other half. With M = q* m q, the middle
- * moment B and the other two moments N and T, the energy
+ * moment B, the other moments N and T, and the components M_N and M_T along their axes, the energy
  *     |m|^2/(2 B) + (1/N - 1/B) M_N^2/2 + (1/T - 1/B) M_T^2/2
  * is split into terms. Their flows are rotations about m and about the principal axes of N and T
  * (McLachlan 1993, Reich 1994). The step is explicit, reversible and symplectic. Without impulse,
@@ -18,7 +18,7 @@
  * on machines that do not fuse sums and products.
  *
  * Each function exists for doubles and, with the suffix f, for floats. Moments must be positive, in
- * any sequence. |q| may differ from 1 by 0.1, and is corrected. impulse is in space, or NULL.
+ * any sequence. |q| may be 0.9 .. 1.1, and is corrected. impulse is in space, or NULL.
  * Define KR_STEP_API as empty to give the functions external names. SPDX-License-Identifier: MIT */
 #ifndef KREISEL_STEP_H
 #  define KREISEL_STEP_H
@@ -70,8 +70,8 @@ static inline void KR_F(kr_step_add_product)(const KR_REAL p[4], const KR_REAL q
     out[2] += p[0] * q[2] + p[2] * q[0] + p[3] * q[1] - p[1] * q[3];
     out[3] += p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1];
 }
-/* Rotates the body about a principal axis by 2 rate M[axis] (`rate` contains the step h). Updates M
- * and r. The quaternion product of all rotations is 1 + r; the last rotation is on the right. */
+/* Rotates the body about a principal axis by the angle 2 * rate * M[axis]; `rate` is a multiple of
+ * the step h. Updates M and r; 1 + r is the product of all rotations, the last one on the right. */
 static inline void KR_F(kr_step_turn_about_axis)(int axis, KR_REAL rate, KR_REAL M[3], KR_REAL r[4])
 {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;

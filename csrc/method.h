@@ -36,9 +36,9 @@ typedef struct kr_motion {
     int skip_heading;
     /* The number of requested digits, or 0 if `tol` is used. */
     int digits;
-    /* Low words of a state. Before kr_method.reset, the driver sets q and, with over 16 digits, m
-     * (along the internal axes in this case, as in `start`, not e1, e2, e3). Before kr_method.at,
-     * the driver sets t to the low word of `clock`; with over 16 digits, `at` writes q and m. */
+    /* Low words of a state. Before kr_method.reset, the driver sets q and, with over 16 digits, m.
+     * Then, m here and in `start` of reset are along the internal axes, not e1, e2, e3. Before
+     * kr_method.at, it sets t, the low word of `clock`; with over 16 digits, `at` sets q and m. */
     kr_state low;
     body_dd *body; /* set by the method, or with more than 16 digits by the driver */
     /* The user's scene, with the initial state that was set last. Closed forms use the scene,
@@ -63,8 +63,8 @@ static inline body_dd make_body_dd(const kr_motion *motion, kr_vec3 com)
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
 typedef struct kr_step_polynomial {
     int order; /* at most KR_POLYNOMIAL_ORDER_MAX */
-    /* Taylor coefficients in tau = (time - begin) * rate: x of q, a zero and P; w of a zero and W.
-     * In the body frame, P is the vertical, W the angular velocity divided by `rate`, |W| < 1. */
+    /* Taylor coefficients in tau = (time - begin) * rate: x[k] of (q, 0, P), and w[k] of (0, W). In
+     * the body frame, P is the vertical, W the angular velocity divided by `rate`; |W| < 1. */
     const double (*x)[8], (*w)[4];
     double end_x[8], end_w[4]; /* values at the end of the step */
     double rate, span;
@@ -89,8 +89,8 @@ typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
 /* The factor that depends on time in the derivative of the torque by a parameter, at a fixed
- * attitude. STRENGTH: g(t) = gravity - A r^2 cos(r t + phase) (kreisel.h). UNIFORM: 1. AMPLITUDE,
- * RATE and PHASE: the derivative of g(t) by A, by r and by phase. */
+ * attitude. NONE: no such factor. STRENGTH: g(t) = gravity - A r^2 cos(r t + phase) (kreisel.h).
+ * UNIFORM: 1. AMPLITUDE, RATE and PHASE: the derivative of g(t) by A, by r and by phase. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,
@@ -174,9 +174,9 @@ struct kr_method {
     void (*at_times)(const kr_motion *motion, size_t n, const double clock[], kr_state out[]);
     /* Returns the Taylor polynomials of the last step. May be NULL. */
     kr_step_polynomial (*polynomial)(const kr_motion *motion);
-    /* NULL if the method or the build has no such functions. `tangents`: KR_METHOD_TANGENTS.
-     * `supports`: dry friction, gravity gradient, moving support (taylor only). `extended`: more
-     * than 16 digits (kr_extended). */
+    /* Further functions, each NULL if the method or the build has none: `tangents` for methods with
+     * KR_METHOD_TANGENTS; `supports` for dry friction, gravity gradient and moving support (taylor
+     * only); `extended` for more than 16 digits (kr_extended). */
     const kr_tangent_ops *tangents;
     const struct kr_support_ops *supports;
     const kr_extended_ops *extended;

@@ -22,8 +22,8 @@ quat_dd kr_extended_axes(const kr_top *top)
     const quat_dd axes = qdd_unit(qdd_of(top->scene.body.axes));
     return top->is_turned ? qdd_mul(axes, top->body.rest) : qdd_of(q_one());
 }
-/* Returns q* v q for a unit quaternion q. If the rotation is small, the error of each component is
- * small relative to this component of v, unlike the errors of qdd_turn (math/su2_dd.h). */
+/* Returns q* v q for a unit quaternion q. For a small rotation angle, the error of component v_i is
+ * relative to |v_i| + angle * |v|. The error of qdd_turn (math/su2_dd.h) is relative to |v|. */
 static vec_dd turn_back_accurately(quat_dd q, vec_dd v)
 {
     const vec_dd across = vdd_scale_exactly(2.0, vdd_cross(v, q.v));
@@ -46,8 +46,8 @@ static vec_dd find_scaled_momentum_change(const kr_top *top, const kr_state *sta
     return top->is_turned ? qdd_mul(qdd_mul(qdd_conj(axes), sum), axes).v : sum.v;
 }
 /* Returns the momentum of the state start + low, along the internal axes. If `low` is NULL (zero),
- * the relative error of each component is about one rounding error of double-double arithmetic. The
- * small moment of a thin rod would amplify larger errors in its angular velocity. */
+ * the relative error of each component is about one rounding error of double-double arithmetic. A
+ * thin rod needs this accuracy: dividing the momentum by its small moment amplifies errors. */
 static vec_dd find_internal_momentum(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_quat axes = top->scene.body.axes;

@@ -18,7 +18,7 @@ enum {
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
 /* Returns the bound that |t| of a requested time must not reach: `horizon` or, for a fixed-step
- * method, at most 2^50 * |step|, because grid times after 2^53 * |step| coincide. */
+ * method, 2^50 * |step| if less: rounding then shifts grid times by less than |step| / 2. */
 static double limit_horizon_to_grid(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
@@ -187,8 +187,8 @@ static double find_step_end(const kr_top *top)
     return is_adaptive(top) ? top->scene.start.t + top->main.clock * top->time_unit
                             : grid_time(top, top->steps);
 }
-/* Returns the time of the end of the last step, in the user's units. If the rounded time lies after
- * main.clock, returns the next double towards the initial time instead. */
+/* Returns the end of the last step in the user's units. If rounding has moved the end of an
+ * adaptive step beyond main.clock, returns the next double towards the initial time instead. */
 static double find_step_end_rounded_inward(const kr_top *top)
 {
     const double at = find_step_end(top);
@@ -421,9 +421,9 @@ kr_status kr_top_advance(kr_top *top, double t)
     kr_state state;
     return kr_top_record(top, 1, &t, &state, NULL, NULL);
 }
-/* Writes the states at t[0], t[1], ... to `out`, at most n, by one call of kr_method.at_times.
- * Stops before a time that does not follow the preceding one. Returns the number of states: 0 also
- * for fewer than 2 such times (use find_state). If a step fails, writes its error to `status`. */
+/* Writes the states at up to n times t[0], t[1], ... to `out`, by one call of kr_method.at_times.
+ * Stops before a time that is not after main.clock and the preceding times. Returns the number of
+ * states; 0: use find_state (also if only one time is left). Writes a step's error to `status`. */
 static size_t record_states_by_closed_form(kr_top *top, size_t n, const double t[], kr_state out[],
                                            kr_status *status)
 {

@@ -133,7 +133,7 @@ kr_status kr_tangents_advance(kr_top *top)
 }
 
 /* Writes the divisor of each column of the tangent matrix, in the order of KR_TANGENT_LIST: the
- * internal unit of its parameter in the user's units, or 1 if the seed includes it. */
+ * internal unit of its parameter in the user's units, or 1 if its seed already uses the latter. */
 static void write_column_divisors(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;

@@ -1,5 +1,5 @@
 /* Batched evaluation of the closed-form solutions (kr_exact_form, exact/exact.h) of many tops. The
- * states are bitwise those of kr_exact_state, but a state at the initial time is a copy of `start`.
+ * states are bitwise those of kr_exact_state; a state at the initial time is kr_scene.start itself.
  * The scalar code (kr_top) repeats a top with an invalid time or state, and reports the error. */
 #include "exact/exact.h"
 #include "slots.h"

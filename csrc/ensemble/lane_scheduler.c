@@ -1,8 +1,8 @@
 /* The scheduler assigns tops to SIMD lanes and integrates them (lane_state.h). Each top has its own
  * time and step sizes. The goal of a lane is the next requested time of its top. When a top has
  * reached its last requested time, the next top is loaded into its lane. If the computation in a
- * lane fails, the scalar code (kr_top) repeats it from the initial state and reports the error. A
- * lane uses internal units, but the unit of frequency kr_step_polynomial.rate (method.h). */
+ * lane fails, the scalar code (kr_top) repeats it from the initial state and reports the error. The
+ * units are internal (method.h), except for the unit of frequency, kr_step_polynomial.rate. */
 #include <float.h>
 #include "math/exponent.h"
 #include "taylor/slow.h"
@@ -84,8 +84,8 @@ static kr_vec3 make_zeros_negative(kr_vec3 v)
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
 /* Returns `difference`, the difference of two moments of inertia, as a divisor for rotor_1 and
- * rotor_2. If rotor_1 or rotor_2 is not 0, and |difference| is less than KR_LEAST_FACTOR (taylor.h)
- * * moment + DBL_MIN, returns this limit instead. `moment` is the third moment of inertia. */
+ * rotor_2. If one of these is not 0, and |difference| < KR_LEAST_FACTOR * moment + DBL_MIN
+ * (taylor.h), returns this limit instead. `moment` is the remaining moment of inertia. */
 static double avoid_zero_moment_difference(double difference, double moment, double rotor_1,
                                            double rotor_2)
 {
@@ -294,7 +294,7 @@ static int find_free_lane(const kr_worker *worker)
     return lane;
 }
 /* Returns 1 if top i, which is in worker->fallback, may be strongly damped (taylor/slow.h) in some
- * step: up to the last requested time of the top or, in a section, at any later time. */
+ * step between the initial time and the last requested time or, in a section, infinity. */
 static int may_be_strongly_damped(const kr_worker *worker, size_t i)
 {
     const kr_top *top = worker->fallback;

@@ -210,8 +210,8 @@ INLINE lane_vec gravity_rates(kr_lanes *l, lane_vec p)
     return lane_vec_fma(lane_vec_load(l->up), lane_vec_yzx(p),
                         lane_vec_times(lane_vec_load(l->down), lane_vec_zxy(p)));
 }
-/* Writes to `l` the coefficients n + 1 of W, P and, unless headless, of f and 1 + <P, P0>, and the
- * coefficient n of f'. `newest` holds coefficients n of W and P. Returns coefficients n + 1. */
+/* Writes to `l` the coefficients n + 1 of W and P and, unless headless, those of f and 1 + <P, P0>,
+ * and coefficient n of f'. `newest` holds coefficients n of W and P, the result those n + 1. */
 INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int flags)
 {
     const lane_sums a = sum_products(l, n, &newest, flags);

@@ -62,10 +62,10 @@ typedef struct kr_lanes {
     kr_lane_vector drag;        /* -Dx / Ax, and cyclic permutations */
     /* factors of Wx Px, Wy Py and Pz in <W, P>: 1 - Ax / Az, 1 - Ay / Az, -hz / Az */
     kr_lane_vector inner;
-    /* The constants of the rotor. The x components are -hz / (Ay - Az) in shift_prev and
-     * hy / (Ay - Az) in shift_next; a cyclic permutation of x, y, z gives the others. Without a
-     * rotor, all are -0, because adding -0 leaves every number unchanged. For the value of W at
-     * the time t, prev is (Wz, Wx, Wy) + shift_prev, and next is (Wy, Wz, Wx) + shift_next. */
+    /* Terms of the rotor. The x components are -hz / (Ay - Az) in shift_prev and hy / (Ay - Az)
+     * in shift_next; a cyclic permutation of x, y, z gives the others. Without a rotor, these two
+     * vectors are -0, because adding -0 leaves every number unchanged. With W at the time t, prev
+     * is (Wz, Wx, Wy) + shift_prev, and next is (Wy, Wz, Wx) + shift_next. */
     kr_lane_vector shift_prev, shift_next, prev, next;
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 backward in time */
     kr_lane_number fall;                  /* as in kr_series (taylor.h) */

@@ -1,17 +1,17 @@
 /* The growth of an infinitesimal perturbation (tangent) of the top in each SIMD lane. A, c, h, P, W
  * and the tolerance are those of lane_state.h, and M = AW + h is the momentum along the body axes.
  * A tangent delta = (theta, N) is a rotation vector theta, which adds q theta/2 to the attitude q,
- * and a change N of the momentum in space. The components of both refer to the body axes:
+ * and a change N of the momentum m in space. The components of both refer to the body axes:
  *     theta' = 1/A (M x theta + N) + theta x W        N' = N x W + (c x theta) x P
  * Two solutions are trivial: the flow, (W, P x c), and an infinitesimal rotation about the
  * vertical, (P, P x M). At the end of each step, the components of the tangent along the trivial
  * solutions are removed. The program stores d = delta 2^-power, where |d| is near 1, and measures
- * the growth of |delta|, with |delta|^2 = |theta|^2 + |N|^2. Up to the tolerance, the changes of
- * the energy E and of the vertical component <m, e3> of the momentum m in space are constant:
+ * the growth of |delta|, with |delta|^2 = |theta|^2 + |N|^2. delta changes the energy E by
+ * dE, and the vertical momentum <m, e3> by d<m, e3>, both constant in time up to the tolerance:
  *     dE = <N, W> + <theta, W x M + c x P>            d<m, e3> = <N, P>
  * The mean of the chaos indicator MEGNO (Cincotta and Simo 2000) from 0 to t is, by integration by
- * parts, 2/t int_0^t ln|delta(s)| (1 + ln(s/t)) ds. Tangents may shorten the steps, but do not
- * otherwise change the motion (path). This file is compiled once for each instruction set. */
+ * parts, 2/t int_0^t ln|delta(s)| (1 + ln(s/t)) ds. The motion is called the path. Tangents may
+ * shorten its steps, but change nothing else. This file is compiled once per instruction set. */
 #include "lane_series.h"
 
 /* The truncation error of a tangent d is estimated by the last Taylor term of d, which must be at
@@ -371,8 +371,8 @@ INLINE void write_growth_at_sample_time(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
     write_conservation_errors(g, &here, d);
 }
-/* Sets g->truncation_limit, and g->terms, the degrees of P, W and the tangent d at interior nodes.
- * Term n of d is about x^n tol^(n/order) |d| at a node x; terms below 2^-24 |d| are omitted. */
+/* Sets g->truncation_limit, and g->terms[i], the degree of the Taylor polynomials at x = places[i].
+ * Term n of the tangent d is about x^n tol^(n/order) |d|; terms below 2^-24 |d| are omitted. */
 static void set_truncation_and_degrees(const kr_lanes *l, kr_lane_tangents *g)
 {
     g->truncation_limit = exp2(2.0 * (l->log2_tol + GROWTH_SLACK));

@@ -35,8 +35,8 @@ static void finish_without_event(kr_worker *worker, int lane)
     slot->last = s;
     kr_lane_finish(worker, lane, KR_ERR_EVENT);
 }
-/* Stores the state at `fraction` (0 to 1) of the last step of a lane, where an event occurs, if
- * kr_event.condition is positive there or absent. If the longest wait ends before the event,
+/* An event occurs at `fraction` (0 to 1) of the last step of a lane. Stores the state there, unless
+ * there is a kr_event.condition that is not positive. If the longest wait ends before the event,
  * finishes the top instead. Returns 1 if the search must go on, 0 if the top left the lane. */
 static int store_event_if_condition_holds(kr_worker *worker, int lane, double fraction)
 {

@@ -71,8 +71,8 @@ static inline int kr_worker_has_tangents(const kr_worker *worker)
 {
     return worker->lanes && worker->lanes->tangents;
 }
-/* Writes row[i][lane], or 0 if `row` is NULL, to kr_tops.growth as the indicator i (KR_GROWTH_LOG
- * etc.) of the top in `slot` at its next requested time. Without kr_tops.growth, does nothing. */
+/* Writes row[j][lane] for each growth indicator j, or 0 if `row` is NULL, to kr_tops.growth for the
+ * top in `slot` at its next requested time. Without tangents or kr_tops.growth, does nothing. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
 /* Writes the outcome and the reductions of the top in `slot`, and NaN for results not computed. */
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
@@ -90,8 +90,8 @@ static inline double kr_worker_event_wait_limit(const kr_worker *worker, size_t 
 }
 /* Integrates top i with the scalar code, using `top` as workspace, and writes its results. */
 void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i);
-/* Returns the worker's configuration for top i. The step is negative backward in time: if the last
- * requested time precedes the initial time or, in a section, if the number in kr_tops.t is < 0. */
+/* Returns the worker's configuration for top i. Its step is negative if the last requested time
+ * precedes the initial time or, in a section, if the longest wait for an event is negative. */
 kr_config kr_worker_config_of(const kr_worker *worker, size_t i);
 static inline const double *kr_worker_times_of(const kr_tops *tops, size_t i)
 {

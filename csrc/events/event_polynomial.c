@@ -1,12 +1,12 @@
 /* Event functions expressed as polynomials in time over one step. An event function is a sum of
  * products of two state components (kr_term, kreisel.h). Each product is the Cauchy product of the
  * power series of its two factors. These are series in the time since the beginning of the step, in
- * units of 1 / `rate` internal units (method.h). A component of the attitude is linear in the
- * quaternion q. A body-frame component of a vector is linear in the vertical P or in the angular
- * velocity W, both in the body frame. A body-frame vector v has the component <e, q v q*> =
- * <e q, q v> along a unit vector e in space. Without damping, on a support at rest, the momentum m
+ * units of 1 / `rate` internal units (method.h). Components of the attitude are linear in its
+ * quaternion q. In the body frame, the upward vertical e3 is P, the angular velocity is W, and the
+ * momentum is linear in W. A vector v in the body frame has the component <e, q v q*> = <e q, q v>
+ * along a unit vector e in space. Without damping, on a support at rest, the momentum m in space
  * has the derivative e3 x (q lever q*), where lever = mass * gravity * com. All numbers are scaled
- * by powers of two, so that all components without a rotor's momentum are about one or less. */
+ * by powers of two, so that all components are about one or less. */
 #include "model/quantities.h"
 #include "model/scene.h"
 #include "event_polynomial.h"
@@ -233,9 +233,9 @@ static void add_component(const step_view *v, double factor, int number, double 
     }
 }
 
-/* Returns an upper bound on the magnitude of a state component in its unit (component_unit). The
- * unit of time makes |W| <= 1. If the support is at rest and gravity has no gradient, this bound
- * comes from the energy, so A_i W_i^2 is at most the least moment of inertia for each axis i. */
+/* Returns an upper bound on the magnitude of a state component in its unit (component_unit). `rate`
+ * is so large that |W| <= 1. If the support is at rest and gravity has no gradient, the energy also
+ * bounds the sum of A_i W_i^2, with the moments of inertia A_i, by the least of these moments. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;

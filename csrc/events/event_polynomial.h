@@ -1,7 +1,7 @@
 /* Event functions as polynomials over one time step, and bounds on their values. An event function
  * is a sum of terms. Each term is a factor times two state components (kr_term, kreisel.h). A step
  * `piece` has the Taylor polynomials of the state (kr_step_polynomial, method.h). The spin is the
- * angular velocity about the apex, relative to the support. */
+ * angular velocity along the apex (a unit vector, kreisel.h), relative to the support. */
 #ifndef KR_EVENT_POLYNOMIAL_H
 #define KR_EVENT_POLYNOMIAL_H
 #include "driver/top.h"

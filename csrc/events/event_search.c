@@ -126,8 +126,8 @@ static kr_event *find_earliest_event(const kr_top *top, const kr_step_polynomial
     }
     return first;
 }
-/* Advances the top, not beyond the user's time t, from event to event in the last step until the
- * condition of an event is satisfied. Writes its index, or -1 if there is none, to hit->index. */
+/* Advances the top, not beyond the user's time t, from event to event in the last step, up to one
+ * that satisfies its condition, if any (kr_event). Writes its index, or -1, to hit->index. */
 static kr_status seek_event_in_step(kr_top *top, double t, kr_event_hit *hit)
 {
     const kr_step_polynomial piece = top->method->polynomial(&top->main);

@@ -31,7 +31,7 @@ static double evaluate_with_slope(const double *c, int degree, double s, double 
     return p;
 }
 /* Returns a root between `low` and `high` by Newton's method, or by bisection where a Newton step
- * leaves the interval. Returns `low` if p no longer has the sign r->side there (from before). */
+ * leaves the interval. Returns `low` if p(low) does not have the last known sign, r->side. */
 static double refine_root_between(const kr_sign_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);

@@ -33,9 +33,9 @@ typedef struct body_data {
 } body_data;
 
 /* The rows of batch_queue.in, which has a column for each top: 3 rows from INERTIA, 4 from
- * ATTITUDE, 3 from MOMENTUM, 8 from AXES (kr_body.axes, kr_working.axes), one for each name from
- * MASS to BEGIN (initial time). MASS * GRAVITY * REACH (body_data) * SCALE is the internal lever.
- * MOMENT and TIME are internal units, SCALE a power of two. NUMBERS is the number of rows. */
+ * ATTITUDE, 3 from MOMENTUM, 4 from AXES (kr_body.axes), 4 from AXES + 4 (kr_working.axes), and 7
+ * single rows: MASS, GRAVITY, REACH (each divided by a power of two), SCALE (a power of two; times
+ * these three, the internal lever), MOMENT and TIME (internal units), BEGIN (initial time). */
 enum { INERTIA = 0, ATTITUDE = 3, MOMENTUM = 7, AXES = 10 };
 enum { MASS = 18, GRAVITY, REACH, SCALE, MOMENT, TIME, BEGIN, NUMBERS };
 /* A queue collects tops until their closed-form solutions can be computed together. */
@@ -101,11 +101,11 @@ static double larger(double a, double b) { return a > b ? a : b; }
 
 /* Returns 1 if the root with the largest g u of the cubic polynomial
  *     (du/dt)^2 = (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0,
- * is the isolated one (its value at the point of inflection is at most 0). For a, u, u0, W and g,
- * see lagrange.h; here, g may be negative, and the unit of time is the internal one: so `m` is the
- * initial momentum times this unit, and `lever` is in internal units. `q` is the initial attitude.
- * Tops with equal results share a queue, so that most vectors compute one branch of
- * find_turning_point_distances. A wrong result, by rounding errors, costs only time. */
+ * is farthest from the other two: then the polynomial is at most 0 at its point of inflection. For
+ * a, u, u0, W and g, see lagrange.h; but g may be negative here, and W and g are in the internal
+ * unit of time. `m` is the initial momentum times this unit, `lever` is in internal units, and `q`
+ * is the initial attitude. Tops with equal results share a queue, so that most vectors compute one
+ * branch of find_turning_point_distances. A wrong result, by rounding errors, costs only time. */
 static int is_largest_root_isolated(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);

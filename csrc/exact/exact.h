@@ -26,8 +26,8 @@ typedef struct kr_exact_form {
     double begin;                                    /* initial time [T] */
     double curve;                                    /* the kind of the series (kernel.h) */
     kr_phase nutation, first, second;
-    /* For series in the dual nome: stretch + stretch_rest, a double-double, is pi K/K' or, for
-     * torque-free bodies, pi K/2K'. For `slope`, see evaluate_theta_series (kernel.h). */
+    /* For series in the dual nome: stretch + stretch_rest, a double-double, is pi K / K' or, for
+     * torque-free bodies, pi K / (2 K'). For `slope`, see evaluate_theta_series (kernel.h). */
     double stretch, stretch_rest, slope[2];
     kr_theta alpha, beta, horizontal;
     double momentum, side; /* scale of the horizontal momentum; -1 if up and down are exchanged */
@@ -45,9 +45,9 @@ typedef struct kr_exact_scalar {
     size_t (*used_size)(const void *plan);
     /* Returns 1 if the closed form applies to a valid scene of its kind. NULL: it always does. */
     int (*suits)(const kr_scene *scene);
-    /* Writes the plan to the start of `memory`, and those members of `info` that this form has,
-     * except `kind` and `used`. If `own`, the plan is in internal axes and units (method.h), else
-     * in the user's. `bound`, angles of `state_at`: kr_exact_plan, kr_exact_state_at. */
+    /* Writes the plan to the start of `memory`, and the members of `info` that this form has, but
+     * not `kind` and `used`. If `own`, the plan is in internal axes and units (method.h), else in
+     * the user's. `bound` limits info->certificate. For `state_at`, see kr_exact_state_at. */
     kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory,
                       kr_exact_info *info);
     kr_state (*state)(const void *plan, double t);

@@ -5,15 +5,15 @@
  * All vectors have components along the principal axes of the body. Let J be the principal moments,
  * A = diag(1/J), h the momentum of the rotors, m the angular momentum and W the angular velocity:
  *     m' = m x W,   W = A (m - h).
- * The attitude is a product q0 R S of the constant rotation q0, the rotation R about a constant
- * unit vector a by the angle phi, and the shortest rotation S from m to |m| a, with
+ * The attitude (body -> space) is a product q0 R S: a constant rotation q0, the rotation R about a
+ * constant unit vector a by the angle phi, and the shortest rotation S from m to |m| a, with
  *     phi' = (2 E + W.(h + |m| a)) / (|m| + m.a),   2 E = W.(m - h).
  * First, the period T of m is computed in double precision. A Taylor series in double-doubles over
  * this time gives a more accurate T, the growth Om T of phi in a period, and samples of m and phi.
  * The samples determine two Fourier series X and Y in theta = 2 pi t/T. If (w, x, y, z) is the
  * quaternion of R S in axes whose third axis is a,
  *     (X, Y) = sqrt(D) e^{-i Om t/2} (w + i z, x + i y)
- * with a periodic D(t) > 0 such that X and Y have no poles at complex t and few coefficients. */
+ * with a periodic D(t) > 0 that removes the poles of X and Y at complex t: few terms suffice. */
 #include "torus.h"
 
 enum {
@@ -73,8 +73,8 @@ static void set_coefficient(gyrostat_series *s, int series, int order, dd value)
     s->hi[series][order] = value.hi;
     s->lo[series][order] = order > s->deep ? 0.0 : value.lo;
 }
-/* Returns the coefficient of order n of the product of two series in `s`, which have the indices a
- * and b. The coefficients of series a below the order `first` count as zero. */
+/* Returns the coefficient of order n of the product of two series in `s`, with the indices `a` and
+ * `b` (not the vector a). Coefficients of series `a` below the order `first` count as zero. */
 static dd product_coefficient(const gyrostat_series *s, int a, int b, int first, int n)
 {
     dd sum = dd_of(0.0);
@@ -255,8 +255,8 @@ static double integrate_and_correct_period(gyrostat_memory *memory)
     const double beside = v_length(v_sub(v_round(miss), v_scale(late.hi, along)));
     return beside < 1e-10 * top->size.hi ? fabs(late.hi) / period.hi : INFINITY;
 }
-/* Writes to `out` the coefficients of e^{i n theta} in the Fourier series of two complex functions,
- * sampled in memory->sample. Returns the sum of the magnitudes of the four numbers in `out`. */
+/* Writes to `out` the real and imaginary parts of the Fourier coefficients of e^{i n theta} of two
+ * complex functions, sampled in memory->sample. Returns the sum of the magnitudes of all parts. */
 static double find_fourier_coefficient(const gyrostat_memory *memory, int n, double out[4])
 {
     double sum[4] = {0.0, 0.0, 0.0, 0.0};

@@ -4,14 +4,14 @@
  *
  * Units and axes: The moments are (1, 1, 1/4), and mass * |gravity| * |com| = 1. Axis 1 points
  * towards the centre of mass if gravity is positive, and away from it otherwise. Axis 3 is the
- * principal axis with moment 1/4, directed such that G is not negative. With the momentum L and the
- * upward vertical g = e3 in the body frame, and <L, g> = 0,
+ * principal axis with moment 1/4, directed such that the integral G below is not negative. With
+ * the momentum L and the upward vertical g = e3 in the body frame, and <L, g> = 0,
  *     H = (L1^2 + L2^2 + 4 L3^2)/2 + g1,  G = L3 (L1^2 + L2^2) - L1 g3,
  *     p+-(u) = 2 u^3 - (H +- 1) u - G/2,
  *     u exp(i chi) = (g1 u - L1 g3/2) + i (L2 g3/2 - g2 u)  with an angle chi.
  * Chaplygin's variables u1 > 0 > u2 are the roots of u^2 - L3 u - (L1^2 + L2^2)/4. Each moves on an
  * arc between two roots of p+ p-, with du/d tau = +-sqrt(-p+ p-) in the time d tau = dt/|L| (S. A.
- * Chaplygin, 1901). On an arc
+ * Chaplygin, 1901). On an arc, with constants A, B and C,
  *     u = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
  * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x. The torus angle alpha of
  * an arc is x plus a sine series in x, and grows linearly with tau. The time t is a multiple of tau
@@ -68,8 +68,8 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
         const double far = (o->pair ? root[2].hi : 0.5 * dd_sub(root[2], root[1]).hi) / root[0].hi;
         gap[j] = o->pair ? -far * far : far * far;
     }
-    /* gap[j] is negative if the two roots are complex, and has an error of about 1e-31. The limit
-     * for gap[1] is larger, because the frequencies depend on log |gap[1]|. */
+    /* gap[j] (for p+, p-) is negative if the last two roots are complex. Its error is about 1e-31.
+     * gap[1] has a larger limit than gap[0], because the frequencies depend on log |gap[1]|. */
     if (!(gap[0] > 1e-20)) return gap[0] > -1e-20 ? KR_REFUSAL_COINCIDENT : KR_REFUSAL_START;
     if (!(fabs(gap[1]) > 1e-15)) return KR_REFUSAL_SEPARATRIX;
     o->real = sort_real_roots(o->root, CURVE_ROOTS, o->pair ? 4 : CURVE_ROOTS, o->order);
@@ -77,9 +77,9 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
 }
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* Sets up the arc between the real roots o->order[low] and o->order[low + 1]: its members A, B, C,
- * a and b. For fast convergence of series in x, C keeps the complex x at which u is one of the two
- * neighbouring real roots, in cyclic order, as far from the real axis as possible. */
+/* Sets up the arc between the real roots o->order[low] and o->order[low + 1], with its members A,
+ * B, C, a and b. At complex x, u equals the next real root below or above these two, cyclically. C
+ * keeps such x as far from the real axis as possible, so that series in x converge fast. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
@@ -270,10 +270,10 @@ static void fill_cosines_at_nodes(chaplygin_work *w)
                          &w->wave_at_node[k][i]);
         }
 }
-/* Writes the Chebyshev coefficients of two functions of alpha in a cell to `out`: (x - alpha)/2
- * [turns], then the periodic part of t. `at` moves through the nodes, in descending order of alpha
- * if `is_falling` is 1. Returns the largest magnitude of the last two coefficients of each function
- * (for t, divided by the larger of arc->q and the largest sample of the periodic part). */
+/* Writes to `out` the Chebyshev coefficients in a cell of (x - alpha)/2 [turns], then those of the
+ * periodic part of t. `at` moves through the nodes, in descending order of alpha if `is_falling` is
+ * 1. Returns the largest magnitude of the last two coefficients of both functions. Those of t are
+ * first divided by the largest sample of the periodic part or, if larger, by arc->q. */
 static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
                               const kr_chaplygin_arc *e, int cell, int is_falling, arc_place *at,
                               double out[])
@@ -298,10 +298,10 @@ static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
         }
     return tail;
 }
-/* Fills the cells (kr_chaplygin_arc) of arc j in the plan. Doubles their number until the tail
- * (result of fit_cell_series) is below 4e-15, or was below 1e-11 in the previous pass. A pass
- * starts at the largest |u|, where the tail is largest, and stops if it reaches 1e-11. Returns 0 if
- * MOST_CELLS cells are too few, or the final tail is not below 1e-13. */
+/* Fills the cells (kr_chaplygin_arc) of arc j in the plan, in passes with twice as many cells each.
+ * The tail is the largest result of fit_cell_series in a pass. A pass starts at the largest |u|,
+ * where results are largest, and stops at a tail of 1e-11. The last pass has a tail below 4e-15, or
+ * follows a tail below 1e-11. Returns 0 if MOST_CELLS is too small or the last tail is >= 1e-13. */
 static int make_cells(chaplygin_work *w, int j)
 {
     kr_chaplygin_plan *const plan = &w->plan;
@@ -407,9 +407,9 @@ static int append_slow_term(kr_chaplygin_plan *plan, dd rho, int k, double miss,
     sincos_turns(dd_half(step), &e->sine, &unused);
     return 1;
 }
-/* Replaces the change of psi from each section to the next by psi on the section. Both are Fourier
- * series with n/2 terms: conjugates of change_k are replaced by those of psi_k. On this motion,
- * half of alpha2 is `half_alpha2` turns at alpha1 = pi. Returns 0 if too many terms are slow. */
+/* Replaces the change of psi from each section to the next by psi on the section. Both are n/2
+ * cosine, then n/2 sine coefficients: real and imaginary parts of conj(change_k) or conj(psi_k). At
+ * alpha1 = pi, alpha2/2 of this motion is half_alpha2 turns. Returns 0 for too many slow terms. */
 static int convert_changes_to_series(kr_chaplygin_plan *plan, dd rho, int n, dd half_alpha2)
 {
     plan->slow_terms = 0;
@@ -449,10 +449,10 @@ static void drop_small_terms(kr_chaplygin_plan *plan, int n)
     for (int j = 0; j < rows; j++)
         memmove(from + j * plan->terms, from + j * (n / 2), sizeof(double) * (size_t)plan->terms);
 }
-/* Computes the Fourier series of psi on the sections. On this motion, half of alpha2 is
- * `half_alpha2` turns at alpha1 = pi. Doubles the number of sections until the error of the
- * quadrature is negligible, then the number n of samples on a section until the last coefficients
- * are. Returns 0 if there is too little room, or the last coefficients are not below 1e-14. */
+/* Computes the Fourier series of psi on the sections. At alpha1 = pi, this motion has alpha2/2 =
+ * half_alpha2 turns. Doubles the number of sections until quadrature errors are negligible, then
+ * the number n of samples on a section until the last coefficients are below 1e-16 or n is at its
+ * limit. Returns 0 if sections or slow terms are too many, or the last coefficients >= 1e-14. */
 static int fit_heading_series(chaplygin_work *w, dd rho, dd half_alpha2)
 {
     kr_chaplygin_plan *const plan = &w->plan;

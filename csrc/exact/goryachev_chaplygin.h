@@ -5,8 +5,8 @@
  *     exp(k psi/2) (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k)/sqrt(|m|)  (i, j, k: quaternion units)
  * with |m| = c1^2 + s1^2 + c2^2 + s2^2. Chaplygin's variables u1 > 0 > u2 oscillate on intervals,
  * called arcs. For u1, c1 = sqrt|u1| cos(chi/2) and s1 = sqrt|u1| sin(chi/2), with the angle chi of
- * goryachev_chaplygin.c; likewise c2 and s2 for u2. With an angle x for each arc, and the sine s
- * and the cosine c of x/2,
+ * goryachev_chaplygin.c; likewise c2 and s2 for u2. Each arc has an angle x and positive constants
+ * A, B (magnitudes of A, B in goryachev_chaplygin.c) and C. With s = sin(x/2) and c = cos(x/2),
  *     |u| = (A s^2 + B c^2)/D,  D = C s^2 + c^2.
  * x - alpha is a periodic function of the torus angle alpha of the arc. The time t is a multiple of
  * tau plus a periodic function of each alpha. Newton's method solves this equation for tau. Mean
@@ -32,9 +32,9 @@ enum {
 typedef struct kr_chaplygin_arc {
     double A, B, C; /* of |u| and D */
     /* The factors a s^2 + b c^2 of (p+ D^3)/2 (indices 0 to 2) and (p- D^3)/2 (3 to 5), one for
-     * each root of the polynomials p+ and p- (goryachev_chaplygin.c). For a root at an end of the
-     * arc, s^2 or c^2 is left out: b = a, and the factor is the constant a. If `pair` is 1, the
-     * factors 4 and 5 are a[4] s^2 + b[4] c^2 +- i * imaginary * D. */
+     * each root of the polynomials p+ and p- (goryachev_chaplygin.c). The factor of a root at an
+     * end of the arc is a constant times s^2 or c^2; a and b are both set to this constant. If
+     * `pair` is 1, the factors 4 and 5 are a[4] s^2 + b[4] c^2 +- i * imaginary * D. */
     double a[6], b[6], imaginary;
     int pair;
     int has_sine[2], has_cosine[2]; /* 1 if the end at x = 0, or at x = pi, is a root of p+, p- */
@@ -44,9 +44,9 @@ typedef struct kr_chaplygin_arc {
      * of two odd functions of alpha: (x - alpha)/2 [turns], then the periodic part of t. */
     int cells, first; /* `cells` is a power of two; index of the first coefficient */
 } kr_chaplygin_arc;
-/* A slow term of the Fourier series of psi: step + step_more is near 0. This term makes the series
- * jump where alpha1 is (2n + 1) pi, with an integer n. When alpha1 passes this angle, the opposite
- * jump value * sin(2 pi (phase + n * step)) [rad] is added to psi, so that psi is continuous. */
+/* A slow term (goryachev_chaplygin.c) makes the Fourier series of psi jump where alpha1 is
+ * (2n + 1) pi, for each integer n. When alpha1 grows past this angle, the opposite of the jump,
+ * value * sin(2 pi (phase + n * (step + step_more))) [rad], is added: psi remains continuous. */
 typedef struct kr_slow_term {
     double value, phase;    /* phase [turns] */
     double step, step_more; /* [turns] */
@@ -56,9 +56,9 @@ typedef struct kr_chaplygin_plan {
     kr_torus torus;
     kr_chaplygin_arc arc[2];
     double mean; /* mean of |m| over tau */
-    /* The slip is the periodic part of tau: tau minus t / mean. |slip| <= most_slip. An error of
-     * the slip below `rounding` changes torus angles by less than 2^-53 rad. After a Newton step
-     * (find_true_angles) below `tolerance`, the error of the slip is below `rounding`. */
+    /* The slip is the periodic part of tau: tau minus t / mean, with the member `mean` above.
+     * |slip| <= most_slip. If the error of the slip is below `rounding`, errors of torus angles
+     * are below 2^-53 rad. This is so after a Newton step (find_true_angles) below `tolerance`. */
     double most_slip, rounding, tolerance;
     /* heading_start + heading_more: the constant of psi/2 [turns] that find_heading leaves out. */
     double heading_start, heading_more;
@@ -96,9 +96,9 @@ INLINE cell_place find_cell(const kr_chaplygin_plan *plan, int j, dd half_alpha)
         r.row[lane] = plan->term + arc->first + 2 * CELL_TERMS * (int)at[lane];
     return r;
 }
-/* Writes to out[j], for j < `arcs`, a series of the arc of the place p[j]: (x - alpha)/2 [turns] if
- * `which` is 0, the periodic part of t if it is 1. Even and odd terms have separate recurrences
- * (Clenshaw): with z = T_2(y), T_{2k}(y) = T_k(z), T_{2k+1}(y) = y (U_k(z) - U_{k-1}(z)). */
+/* Writes to out[j], for j < `arcs`, the value at the place p[j] of (x - alpha)/2 [turns] if `which`
+ * is 0, of the periodic part of t if it is 1. Even and odd Chebyshev terms have separate Clenshaw
+ * recurrences in z = T_2(y), y = p[j].y: T_{2k} = T_k(z), T_{2k+1} = y (U_k(z) - U_{k-1}(z)). */
 INLINE void evaluate_cell_series(const cell_place p[], int arcs, int which, wide out[])
 {
     const int first = which * CELL_TERMS;

@@ -1,17 +1,17 @@
 /* The closed form of a Lagrange top or of a free body, and the states computed from it. Let
  * q = (w, x, y, z) be the attitude, m the angular momentum in space (e3 points up),
  * alpha = w + i z and beta = x + i y. K and K' are the complete elliptic integrals of a modulus k
- * (lagrange.h, symmetric.c) and of k' = sqrt(1 - k^2). With theta functions of the nome
- * exp(-pi K'/K), the phase X(t) = X0 + nu t of the nutation [rad], and constants y1, y2, c1, c2, k1
- * and k2, up to constant factors,
+ * (lagrange.h, symmetric.c) and of k' = sqrt(1 - k^2). The theta functions have the nome
+ * exp(-pi K'/K). X(t) = X0 + nu t is the phase of the nutation [rad]; y1, y2, c1, c2, k1 and k2 are
+ * constants. Up to constant factors and the common denominator theta4(X),
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
- *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
+ *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)}
  * (Klein and Sommerfeld, Theorie des Kreisels). The "phases" of alpha and beta are c1 + k1 t and
  * c2 + k2 t, without the arguments of theta1 and theta2. For a torque-free body with three distinct
- * moments (Jacobi; the flag `euler`), m is constant, the nome is exp(-2 pi K'/K), y1 = y2, and
- * theta4 replaces theta2. Jacobi's transformation replaces a nome p > exp(-pi) by the smaller dual
- * nome exp(pi^2 / ln p) (the flag `dual`). All quantities that grow with time are double-doubles,
- * so that the errors of states do not grow. The common denominator cancels when q is normalized.
+ * moments (Jacobi; the flag `euler`), m is constant, the nome is exp(-2 pi K'/K), y1 = y2, k1 = k2,
+ * theta4 replaces theta2, and the denominator differs. It cancels when q is normalized. Jacobi's
+ * transformation replaces a nome p > exp(-pi) by the smaller dual nome exp(pi^2 / ln p) (the flag
+ * `dual`). Errors of states do not grow: all quantities that grow with time are double-doubles.
  *
  * This header is compiled for each instruction set, both with and without KR_EXACT_LANES. With
  * KR_EXACT_LANES, each number is a vector with one lane per top (math/simd.h). The result in each
@@ -158,9 +158,9 @@ INLINE wide nearest(wide x)
     return (x + shift) - shift;
 }
 /* Returns the value of a phase [turns] at the time t after the initial time, minus a whole number
- * of turns. The high word is between 0 and 2. two_sum_ordered is exact: f->start is at least 1/2
- * (set_initial_phase) or t is 0, and |second argument| <= 1/2. The result is not normalized: if the
- * phase has changed by nearly 2^50 turns, the low word may be as large as 1/4. */
+ * of turns. The high word is between 0 and 2. two_sum_ordered is exact: f->start is 0 (make_phase)
+ * or at least 1/2 (set_initial_phase), and |p.hi - nearest(p.hi)| <= 1/2. The result is not
+ * normalized: if the phase has changed by nearly 2^50 turns, the low word may reach 1/4. */
 INLINE dd evaluate_phase(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));

@@ -120,9 +120,9 @@ typedef struct arc_gaps {
     dd up, down, below; /* k - w1; w1 minus the lower end; the upper end minus w2 */
     double mismatch;    /* relative error of the unsolved equations (refine_end_distances) */
 } arc_gaps;
-/* Returns q^2 (w1 - e)(e - w2), where e is branch point i, an end of an arc. If e = -k, this is
- * re_z^2, with Re z of find_end_distances. If e is a root of phi, it is the square of
- *     A (p^2 + q^2 - e)/2 + B p,  where A^2 = 2 (e + h), B^2 = e^2 + c and A B = l. */
+/* Returns q^2 (w1 - e)(e - w2), where e is branch point i, an end of an arc, but not k. If e = -k,
+ * this is re_z^2, given Re z of find_end_distances. If e is a root of phi, it is the square of
+ *     A (p^2 + q^2 - e)/2 + B p  with Koetter's A^2 = 2 (e + h), B^2 = e^2 + c, A B = l. */
 static dd find_scaled_distance_product(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
 {
     const dd e = o->root[i], sum = dd_twice(dd_add(e, o->h)), other = dd_add(dd_square(e), o->c),
@@ -307,8 +307,8 @@ static double choose_landen_transformations(kowalewski_arc *arc)
     arc->folds = folds;
     return best;
 }
-/* Sets the coefficients and the Landen transformations of an arc. If all branch points are real,
- * `scale` gives the fastest convergence. If e1 is complex, takes the better one of two scales. */
+/* Sets coefficients and Landen transformations of an arc. With `scale` (set_arc_coefficients), sums
+ * converge fastest if all branch points are real. For complex e1, may choose a better scale. */
 static void choose_arc_scale(kowalewski_arc *arc, dd scale)
 {
     set_arc_coefficients(arc, scale);
@@ -429,8 +429,8 @@ static void set_heading_poles(kowalewski_arc *arc)
         p->value = p->is_adjacent ? dd_half(dd_sqrt(dd_mul(p->a, p->b))) : dd_of(0.0);
     }
 }
-/* Writes the integrands of an arc at the angle y with the cosine t->c[i] to `out`: dt/dy, w dt/dy,
- * and |l| w/(w^2 + c) dt/dy minus the terms for poles next to the arc (set_heading_poles). */
+/* Writes the integrands of an arc, at the angle y whose cosine is element i of the table, to `out`:
+ * dt/dy, w dt/dy, and |l| w/(w^2 + c) dt/dy minus terms for poles nearby (set_heading_poles). */
 static void sample_integrands(const void *data, const cosine_table *t, int i, dd out[3])
 {
     const kowalewski_arc *arc = data;
@@ -883,9 +883,9 @@ static double dot_sign_table_quaternions(const signed char a[4], const signed ch
     for (int i = 0; i < 4; i++) dot += a[i] * b[i];
     return dot / (127.0 * 127.0);
 }
-/* Fills the sign table: quaternions at n * n pairs (y1, y2), each with the sign closest to its
- * predecessor in y2 or, for the first y2, in y1. Sets half_turns[j] to 1 if the sign changes when
- * y_(j+1) grows by two turns. Returns the least scalar product of neighbours, so signed. */
+/* Fills the sign table: quaternions at n * n pairs (y1, y2), with signs so that no scalar product
+ * with a predecessor in y2 (first y2: in y1) is negative. half_turns[j] is set to 1 if two turns of
+ * y_(j+1) change the sign. Returns the least scalar product of neighbours with these signs. */
 static double fill_sign_table(kr_kowalewski_plan *plan, int n)
 {
     signed char *const node = (signed char *)(plan->harmonic + plan->terms);
@@ -916,9 +916,9 @@ static double fill_sign_table(kr_kowalewski_plan *plan, int n)
     }
     return least;
 }
-/* Fills the members of the plan that prepare_closed_form does not set, except the initial
- * phase of the heading. Returns fill_sign_table for the final size of the table. Above 1/4,
- * find_quaternion_sign finds the right sign in every state of the motion. */
+/* Fills the members of the plan that prepare_closed_form does not set, except the initial phase of
+ * the heading. Returns the least scalar product (fill_sign_table) in the final table of signs. If
+ * it is above 1/4, find_quaternion_sign finds the right sign in every state of the motion. */
 static double complete_plan_and_test_signs(kowalewski_work *w)
 {
     kr_kowalewski_plan *plan = &w->plan;

@@ -11,11 +11,11 @@
  * theta_i = y_i + S_i1(y1) + S_i2(y2) and sine series S, grow linearly with time. Newton's method
  * solves these equations for y1 and y2. Koetter's formulas give the state at x1 and x2.
  *
- * Let z = r (p + iq) + g3. The heading (angle of the horizontal part) of the body vector C given by
- * C2 - i C1 = (z^2 + 2 q^2 (g1 + i g2))/2 and C3 = q Re((p - iq) z) is
+ * Let z = r (p + iq) + g3. In the body frame, the vector C (not the coefficient C of D), given by
+ * C2 - i C1 = (z^2 + 2 q^2 (g1 + i g2))/2, C3 = q Re((p - iq) z), has the heading (angle about e3)
  *     psi = integral of l w/(w^2 + c) dw/F over w1  +  the same integral over w2
- * (docs/theory/closed_form.md): a phase that grows linearly with time, plus one sine series for
- * each arc, plus arguments of factors for poles near the arcs (kowalewski.c, set_heading_poles). */
+ * (docs/theory/closed_form.md): a phase linear in time, plus one sine series for each arc, plus the
+ * arguments of complex factors for poles near the arcs (set_heading_poles in kowalewski.c). */
 #ifndef KR_EXACT_KOWALEWSKI_H
 #define KR_EXACT_KOWALEWSKI_H
 #include "math/trig.h"
@@ -43,9 +43,9 @@ typedef struct kr_kowalewski_arc {
     double scale; /* constant factor of R, where |dw/F| = D R dx (find_differential_factor) */
     /* For complex e1, way * (N - e1 D) = half * (center[0] - cos x) - center[1] + i im D. */
     double half, center[2], im;
-    /* For the poles w = sqrt(-c) and -sqrt(-c) of dpsi/dw, N - w D = both_a sin^2 + both_b cos^2 of
-     * x/2. pole_a = sqrt(|both_a|) with the sign of l, and pole_b = sqrt(|both_b|), have only
-     * `poles` entries: one for each of these two poles that is next to the arc. */
+    /* For the poles u = sqrt(-c) and -sqrt(-c) of dpsi/dw, N - u D = both_a sin^2 + both_b cos^2 of
+     * x/2. pole_a = sqrt(|both_a|) with the sign of l, and pole_b = sqrt(|both_b|), are stored only
+     * for those of the two poles that are next to the arc. `poles` is their number. */
     double pole_a[2], pole_b[2], both_a[2], both_b[2];
     int poles, low, high, folds; /* low, high: the branch points at x = pi and x = 0 */
     kr_fold fold[FOLDS];         /* from x to y */
@@ -514,9 +514,9 @@ INLINE half_angle convert_y_to_half_x(const kr_kowalewski_arc *arc, const arc_an
     r.cosine = c;
     return r;
 }
-/* N, D and square roots at a point of an arc: of way * (N - e D) at e0 (g0), e1 and e2 (pair g), of
- * D (d), |k D - N| (minus) and |k D + N| (plus). h = minus * plus is not the energy. Roots that
- * are zero at an end of the arc change sign there. The argument `rate` of functions is dx/dt. */
+/* N, D and square roots at a point of an arc: d is the root of D, `minus` of |k D - N|, `plus` of
+ * |k D + N|, and g0, g.one and g.two of way * (N - e D) for e = e0, e1 and e2. Roots that vanish at
+ * an end of the arc change sign there. h = minus * plus (no energy). Arguments `rate` are dx/dt. */
 typedef struct arc_point {
     dual N, D, d, g0, h, minus, plus;
     pair g;
@@ -601,9 +601,9 @@ typedef struct koetter_terms {
     pair F, square;
     double F0, slope;
 } koetter_terms;
-/* Products in evaluate_koetter_formulas, where primes and Dl are defined. At e_i (i = 1 or 2, and
- * j = 3 - i), G = s_i g_i g_i', U = g_i^2, W = g_i'^2, X = s_j g_i g_j', Y = s_j g_i' g_j and
- * V = x X - y Y, where x = s_0 s_3 h d' g_0' and y = s_0 s_4 h' d g_0. G0, V0: G and V at e0. */
+/* Products in evaluate_koetter_formulas (symbols: see there). At e_i (i = 1 or 2, and j = 3 - i),
+ * G = s_i g_i g_i', U = g_i^2, W = g_i'^2, X = s_j g_i g_j', Y = s_j g_i' g_j, V = x X - y Y, where
+ * x = s_0 s_3 h d' g_0', y = s_0 s_4 h' d g_0. Exchanging 0 and i in G and V gives G0 and V0. */
 typedef struct koetter_products {
     pair G, U, W, X, Y;
     dual G0, V0, x, y, Dl;
@@ -651,10 +651,10 @@ INLINE dual find_w_difference_numerator(const arc_point *one, const arc_point *t
     return dual_add(dual_mul(dual_mul(one->g0, one->g0), two->D),
                     dual_mul(dual_mul(two->g0, two->g0), one->D));
 }
-/* Evaluates Koetter's formulas (Acta Math. 17 (1893) 209). N, D, d, h and g (all of arc_point)
- * belong to the point `one` of the first arc, and N', D', d', h' and g' (no derivatives) to `two`
- * of the second. For the root e_i of phi, g_i is g0, g.one or g.two. A, B are Koetter's constants
- * (plan), f[] is short for the divided difference f[e0, e1, e2], and s = plan->sign. */
+/* Koetter's formulas (Acta Math. 17 (1893) 209) are a = (A G)[], p = -(B G)[]/a, q = -d d'/a,
+ * r = sqrt(2) (A V)[]/(a Dl) and g3 = sqrt(2) (B V)[]/(a Dl), where f[] = f[e0, e1, e2], A, B are
+ * constants (plan), and Dl = N D' - N' D. N, D, d, h, g_0 = g0 and g_1, g_2 = g (arc_point) belong
+ * to `one` on the first arc. Primes (no derivatives) denote `two` on the second. s: plan->sign. */
 INLINE koetter_state evaluate_koetter_formulas(const kr_kowalewski_plan *plan, int complex,
                                                const arc_point *one, const arc_point *two)
 {
@@ -731,11 +731,11 @@ INLINE heading_vector find_vector_C(const body_state *b, wide S, wide S_terms)
                         wide_abs(S) * S_terms + 0.5 * Q2 * R * R + Q * (P * S_terms + Q2 * R));
     return v;
 }
-/* Returns the horizontal part of the vector B, which replaces C where C is nearly vertical:
+/* Returns the horizontal part of the vector B (not B of N), which replaces a nearly vertical C:
  *     B = S (-r g2, r g1 - 2 p g3, 2 p g2) + q (-2 (g2^2 + 2 p (p g1 + q g2)), 2 (g1 g2 - q l),
  *         -r (l + 2 p g1)),   S = Re z;  `S_terms` is the sum of the magnitudes of the terms of S.
- * Up to half a turn, the heading of B is psi minus the arguments of l (k^2 - w^2) + i F(w) for w1
- * and w2, with the signs of dw1/dt for F(w1), and of -dw2/dt for F(w2). `a` is koetter_state.a. */
+ * Up to half a turn, the heading of B is psi minus the arguments of l (k^2 - w^2) + i F(w) at w1
+ * and w2. F(w1) has the sign of dw1/dt, and F(w2) has that of -dw2/dt. `a` is koetter_state.a. */
 INLINE heading_vector find_vector_B(const kr_kowalewski_plan *plan, int complex,
                                     const body_state *b, wide S, wide S_terms, const arc_point *one,
                                     const arc_point *two, wide a)
@@ -948,8 +948,8 @@ INLINE quat_lanes convert_frame_to_quaternion(const frame_state *f)
 /* The smallest y in the table of signs [turns]. No y in the table is at an end of an arc. */
 static const double first_node = -0.99;
 /* Returns the sign (-1 or 1) of the scalar product of q and the nearest entry of the table of
- * signs, given y1 and y2 from -1 to 1 turn in `turns`. If the nearest entry is before or after the
- * table, uses that two turns away, and adds -1 or 1 to wraps[0] (y1) or wraps[1] (half_turns). */
+ * signs, given y1 and y2 from -1 to 1 turn in `turns`. If the angle nearest to y1 is before or
+ * after the table, uses that two turns away and adds -1 or 1 to wraps[0] (for y2, wraps[1]). */
 INLINE wide find_quaternion_sign(const kr_kowalewski_plan *plan, quat_lanes q, const wide turns[2],
                                  wide wraps[2])
 {

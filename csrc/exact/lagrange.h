@@ -2,19 +2,19 @@
  * height, u0 the initial height, lever * u the potential energy, m the angular momentum, I1 the
  * equal moments and W = m / I1. Then
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),  u1 <= u <= u2 <= 1 <= u3,  g = 2 lever / I1.
- * The elliptic functions have the moduli k and k', k^2 = (u2 - u1)/(u3 - u1) and k'^2 = (u3 -
- * u2)/(u3 - u1). The roots u1, u2 and u3 and the rates nu, k1 and k2 of kernel.h are computed in
- * double-double arithmetic. The moment of inertia about a affects only the spin, by a constant rate
- * (lagrange_setup.half_spin). */
+ * The moduli k and k' are given by k^2 = (u2 - u1)/(u3 - u1) and k'^2 = (u3 - u2)/(u3 - u1). The
+ * roots and the rates nu, k1 and k2 are double-doubles. The rates are those of kernel.h if all
+ * moments are I1. Another moment about a adds a constant rate to the spin only: half of this rate
+ * (lagrange_setup.half_spin) is then added to k1 and subtracted from k2. */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "kernel.h"
 
 enum theta { THETA1, THETA2, THETA3, THETA4 };
 
-/* Returns M = agm(1, kp), which is pi / (2 K) if kp = k'. For each of the n values p_0^2 = 1 -
- * alpha^2 in `start`, writes the sum S = Q_0 + Q_1 + ... to `sum`. It gives the integral
- *     Pi(alpha^2, k) = pi / (4 M) (2 + alpha^2 / (1 - alpha^2) S)   (DLMF 19.8.7).
+/* Returns M = agm(1, kp), which is pi / (2 K) if kp = k'. For each of the n values p_0^2 in
+ * `start`, writes the sum S = Q_0 + Q_1 + ... to `sum`. S gives the integral of the third kind
+ *     Pi(c, k) = pi / (4 M) (2 + c / (1 - c) S),   c = 1 - p_0^2   (DLMF 19.8.7, c = alpha^2).
  * The iteration starts from means A = 1 and G = kp, p = p_0 and Q = Q_0 = 1. A step replaces
  *     A by (A + G)/2,   G by sqrt(A G),   p by (p^2 + A G) / (2 p),   Q by Q e/2,
  * where e = (p^2 - A G) / (p^2 + A G), and squares the differences between A, G and p, roughly.
@@ -268,11 +268,11 @@ static inline void recompute_smaller_factor(dd *a, dd *b, mask is_a_smaller, dd 
     *a = dd_choose(mask_and(is_a_smaller, known), smaller, *a);
     *b = dd_choose(mask_and(mask_not(is_a_smaller), known), smaller, *b);
 }
-/* Recomputes distances that suffer from cancellation. With the initial W, a and du/dt, solves
+/* Recomputes distances that suffer from cancellation, from the initial W, a and du/dt:
  *     (W.e3 + W.a)^2 = g (1 + u1)(1 + u2)(1 + u3),   (W.e3 - W.a)^2 = g (1 - u1)(1 - u2)(u3 - 1),
- *     (du/dt)^2 = g (u0 - u1)(u2 - u0)(u3 - u0):
- * the first for 1 + u1. If `about_initial`, the second for the smaller of 1 - u2 and u3 - 1, else
- * the third for the smaller of u0 - u1 and u2 - u0. Also sets plus2, plus3 and lower bounds. */
+ *     (du/dt)^2 = g (u0 - u1)(u2 - u0)(u3 - u0).
+ * These give 1 + u1 and, if the roots were found about u0 (`about_initial`), the smaller of 1 - u2
+ * and u3 - 1, else that of u0 - u1 and u2 - u0. Also sets plus2, plus3 and least distances. */
 static inline void recompute_small_distances(const initial *s, turning_points *r, int about_initial)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
@@ -345,8 +345,8 @@ static inline void find_roots_by_pole_expansion(const initial *s, wide guess, tu
     r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
     recompute_small_distances(s, r, 0);
 }
-/* Returns the distances between roots, u0, -1 and 1. (du/dt)^2 is expanded about u0 if u3 is the
- * isolated root (u1 and u2 may coincide at u0), else about u = 1 (u2 and u3 may coincide there). */
+/* Returns the distances between u1, u2, u3, u0 and the poles. (du/dt)^2 is expanded at u0 if u3
+ * is the isolated root (u1 and u2 may coincide there), else at u = 1 (u2 and u3 may coincide). */
 static turning_points find_turning_point_distances(const initial *s)
 {
     /* b is the horizontal part of W x a. */
@@ -370,8 +370,8 @@ static turning_points find_turning_point_distances(const initial *s)
     copy_selected_lanes(&r, &some, sizeof r, top);
     return r;
 }
-/* Writes the rates nu, k1 and k2 [rad per unit of time], and returns agm(1, k'). Each formula
- * contains the sum S = Q_0 + Q_1 + ... of find_agm_and_sums for the p_0^2 that stands beside it:
+/* Writes the rates nu, k1 and k2 (without half_spin) [rad per unit of time]. Returns agm(1, k').
+ * Each formula contains the sum S of find_agm_and_sums for the p_0^2 that stands beside it:
  *     k1 = (W.e3 + W.a) / (4 (1 + u3)) S,   p_0^2 = (1 + u3)/(u3 - u1),
  *     k2 = (W.e3 - W.a) / (4 (1 - u3)) S,   p_0^2 = (u3 - 1)/(u3 - u1).
  * If 1 - u2 > u3 - 1, k2 has another formula, with -nu if W.e3 >= W.a, else +nu:
@@ -408,8 +408,8 @@ typedef struct arguments {
     wide y1, y2, T;
 } arguments;
 
-/* Returns T = K'/K, and y1 and y2: agm(1, k') = `average` times elliptic integrals of the first
- * kind (elliptic_rf), with a sign. If T < 1, also sets exact->stretch and stretch_rest. */
+/* Returns T = K'/K, y1 and y2. |y1| and |y2| are `average`, which is agm(1, k'), times elliptic
+ * integrals. y1 is negative if W.e3 + W.a >= 0, y2 if W.e3 - W.a >= 0. If T < 1, sets `stretch`. */
 static inline arguments find_theta_imaginary_parts(exact_lanes *exact, const initial *s,
                                                    const turning_points *r, dd average)
 {
@@ -427,8 +427,8 @@ static inline arguments find_theta_imaginary_parts(exact_lanes *exact, const ini
     a.y2 = -sign_from_mask(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
     return a;
 }
-/* Sets the theta series, in powers of the dual nome if `dual` is nonzero, else of the nome. Divided
- * by theta4(X) / theta4(pi/2), |alpha|^2 and |beta|^2 have the maxima (1 + u2)/2 and (1 - u1)/2. */
+/* Sets the theta series, in powers of the dual nome if `dual` is nonzero, else of the nome. Their
+ * scales make max |alpha / theta4(X)| : max |beta / theta4(X)| = sqrt(1 + u2) : sqrt(1 - u1). */
 static inline void set_theta_series_of_kind(exact_lanes *exact, const turning_points *r,
                                             const arguments *a, int dual)
 {

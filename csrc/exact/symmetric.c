@@ -6,12 +6,12 @@
  * A torque-free body has the kinetic energy E, the angular momentum m and the principal moments I1,
  * I2 and I3, where I2 is the intermediate one. In the body, m circulates about a principal axis a,
  * called axis 3, whose moment I3 is the largest or the smallest. The closed form has e3 along m and
- * -a as third axis of the body, with the height u = -a.e3 = -c dn. With D1 = |m^2 - 2E I1| and
- * D3 = |2E I3 - m^2|, computed as sums of terms of equal sign, c^2 = I3 D1 / (|I3 - I1| m^2) and
- *     k^2 = |I2 - I1| D3 / (|I3 - I2| D1),   rate of the phases = (|m| / I3 + (e/2) S) / 2,
- * where e = 2E/|m| - |m|/I3, and find_agm_and_sums (lagrange.h) computes the sum S of all Q_n for
- * p0^2 = 1/c^2. alpha and beta are proportional to theta1 and theta4 of the nome exp(-2 pi K'/K)
- * (Jacobi 1849; Whittaker, Dynamics, 69). */
+ * -a as third axis of the body, with the height u = -a.e3 = -c dn(F, k), F = 2 K X / pi. With
+ * D1 = |m^2 - 2E I1| and D3 = |2E I3 - m^2|, computed as sums of terms of equal sign,
+ *     c^2 = I3 D1 / (|I3 - I1| m^2),   k^2 = |I2 - I1| D3 / (|I3 - I2| D1).
+ * alpha and beta are proportional to theta1 and theta4 of the nome exp(-2 pi K'/K). Their phases
+ * grow at the rate (|m| / I3 + (E / |m| - |m| / (2 I3)) S) / 2, with the sum S of find_agm_and_sums
+ * (lagrange.h) for p_0^2 = 1/c^2 (Jacobi 1849; Whittaker, Dynamics, 69). */
 #include "lagrange.h"
 #include "math/exponent.h"
 #include "math/trig.h"
@@ -365,8 +365,8 @@ static int find_precession_sign(const initial *s, dd one_minus_u, dd one_plus_u,
     return fabs(all) <= tol * size ? 0 : all < 0.0 ? -1 : 1;
 }
 /* Returns the type of motion (kr_nutation) of a heavy top with a nonnegative lever, given its least
- * and greatest nutation angles [rad]. Angles that differ by at most KR_INPUT_RTOL count as equal. A
- * rate is zero if its terms cancel up to KR_INPUT_RTOL times the sum of their magnitudes. */
+ * and greatest nutation angles [rad]. Angles that differ by at most KR_INPUT_RTOL count as equal.
+ * With the same tolerance, the motion has cusps if the precession rate at u2 is zero. */
 static const char *classify_heavy_motion(const initial *s, const turning_points *r, double least,
                                          double greatest)
 {
@@ -396,8 +396,8 @@ static void find_turning_times(const initial *s, const turning_points *r, double
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
 /* Returns the turning points (kr_nutation) of a top with a nonnegative lever, in internal units,
- * for the initial time 0. `rotor` is the momentum of an axial rotor, divided by I3. The member
- * critical_spin is computed without the rotor. */
+ * with times counted from the initial time. `rotor` is the rotor momentum along the third internal
+ * axis, divided by I3. The member critical_spin is computed without the rotor. */
 static kr_nutation describe_nutation(const exact_top *top, double rotor)
 {
     const dd i1 = find_equatorial_moment(top);
@@ -530,7 +530,7 @@ kr_status KR_NAME(kr_exact_limits)(const kr_scene *scene, kr_nutation *out)
     status = convert_to_internal(scene, kind, &top);
     if (status != KR_OK) return status;
     /* If the weight is zero and |m| below 1e-40, the rotor momentum is about 1 [internal units].
-     * Then m has no effect within 2^50 turns, and is set to zero: its powers would underflow. */
+     * Then m has no effect in 2^50 turns of the body. It is set to 0, as its powers underflow. */
     if (top.own.lever.hi == 0.0 && v_largest(top.own.m) < 1e-40) top.own.m = v3(0.0, 0.0, 0.0);
     const int below = top.own.lever.hi < 0.0;
     if (below) top.own = exchange_up_and_down(&top.own);

@@ -17,8 +17,8 @@ typedef struct kr_torus {
     kr_phase turn[3];
 } kr_torus;
 
-/* The smallest value of kr_exact_info.certificate, which is a tenth of a bound: in tests of random
- * and degenerate motions, rounding errors of states were up to ten times this value. */
+/* The smallest value of kr_exact_info.certificate, a tenth of a bound on the attitude error: in
+ * tests of random and degenerate motions, rounding errors were up to 10 * KR_TORUS_ROUNDING. */
 #define KR_TORUS_ROUNDING 0x1p-48
 
 /* Returns the i-th phase, in turns, at the time `span` after the initial time. */
@@ -98,7 +98,7 @@ INLINE kr_state evaluate_torus(torus_kernel *kernel, const void *plan, double t)
 /* The closed form of a free gyrostat. The angles `first` and `second` [turns] grow at constant
  * rates. X and Y are polynomials in u = e^{2 pi i first}. The attitude is a linear map `map` of
  * q = (w, x, y, z) with (w + i z, x + i y) = e^{2 pi i second} (X(u), Y(u)) / sqrt(|X|^2 + |Y|^2).
- * In free_gyrostat.c, X and Y have a further factor u^least, which e^{2 pi i second} includes. */
+ * In free_gyrostat.c, X and Y include a factor u^least; here, e^{2 pi i second} includes it. */
 enum { GYROSTAT_TERMS = 48 };
 typedef struct kr_gyrostat_plan {
     kr_torus torus; /* turn[0] and turn[1] are the phases `first` and `second` */

@@ -1,11 +1,11 @@
 /* Two GSL methods, used as references: the Prince-Dormand Runge-Kutta pair and the semi-implicit
- * Bulirsch-Stoer method. q is the attitude, and W is the angular velocity in the body frame:
+ * Bulirsch-Stoer method. Neither conserves any integral of the motion. They integrate
  *     q' = (q W - S q) / 2,    I W' = (I W + r) x W + P x (l + c I P),    P = q* e3 q
- * P is the vertical in the body frame, I the moments of inertia, r the angular momentum of the
- * rotor, l = weight * (center of mass), c the gravity gradient, and S the angular velocity of the
- * support (motion_support_velocity in method.h). Neither method conserves any integral of the
- * motion. gsl_odeiv2_evolve is not used, because each step size must exactly equal the difference
- * between the end and the start time of the step. A failed step does not change the state. */
+ * with the attitude q (body -> space) and, in the body frame, the inertial angular velocity W, the
+ * upward vertical P (e3 in space), moments of inertia I, rotor momentum r and l = weight * (centre
+ * of mass). c is the gravity gradient, S the support's angular velocity in space (method.h). Each
+ * step size must exactly equal the end time minus the start time of the step; therefore,
+ * gsl_odeiv2_evolve is not used. A failed step does not change the state. */
 #include <float.h>
 #include <stdlib.h>
 #include <gsl/gsl_errno.h>

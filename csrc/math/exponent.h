@@ -1,6 +1,6 @@
-/* Binary fractions and exponents of doubles, extracted from their bits. fraction_of(x, ...) and
+/* Binary fractions and exponents of doubles, extracted from their bits. fraction_of and
  * times_power_of_2(x, power) return the same results as frexp and ldexp of libm, in a fifth of the
- * time. They call libm only if x, or the factor 2^power as a double, is not a normal number. */
+ * time. They call libm only if x (fraction_of) or 2^power as a double is not a normal number. */
 #ifndef KR_EXPONENT_H
 #define KR_EXPONENT_H
 #include <math.h>

@@ -1,8 +1,8 @@
 /* Macros for source files that are compiled once for each instruction set: base, avx2 and avx512.
  * KR_NAME(f) is the name f_base, f_avx2 or f_avx512 of an exported function f. The set base, the
- * baseline, is the one for which the compiler generates code by default. For the other two sets,
- * CMakeLists.txt defines KR_ISA as avx2 or avx512. CMakeLists.txt also defines KR_WITH_AVX2 and
- * KR_WITH_AVX512 if the build includes these sets. */
+ * baseline, is the compiler's default set, or the lowest set in the CMake option KREISEL_ISA. For
+ * the other sets, CMakeLists.txt defines KR_ISA as avx2 or avx512. The build also defines
+ * KR_WITH_AVX2 and KR_WITH_AVX512 if it includes these sets besides the baseline. */
 #ifndef KR_ISA_H
 #define KR_ISA_H
 #include <math.h> /* FP_FAST_FMA */
@@ -54,7 +54,7 @@
 
 /* KR_PLAIN selects standard C99 without SIMD vector types. This header defines KR_PLAIN if the
  * compiler lacks __builtin_shufflevector. KR_BASE_NAME is the baseline's name for users: "neon" on
- * aarch64 (whose processors all have NEON) without KR_PLAIN, else "base" unless already defined. */
+ * aarch64 without KR_PLAIN, else the name that the build (isa.cmake) defines, if any, or "base". */
 #if !defined KR_PLAIN && (!defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12))
 #  define KR_PLAIN
 #endif
@@ -71,16 +71,16 @@
 #define KR_PASTED(a, b) KR_PASTE(a, b)
 #define KR_NAME(thing) KR_PASTED(thing, KR_ISA)
 
-/* KR_SCALAR_NAME(thing) is the scalar function that AVX2 and AVX-512 use: compiled for AVX2,
- * because AVX-512 would not be faster, or for the baseline if the build lacks AVX2. */
+/* KR_SCALAR_NAME(thing) is the variant of the scalar function `thing` that is called with AVX-512:
+ * that for AVX2, which would not be slower, or that for the baseline if AVX2 is no separate set. */
 #if defined KR_WITH_AVX2
 #  define KR_SCALAR_NAME(thing) thing##_avx2
 #else
 #  define KR_SCALAR_NAME(thing) thing##_base
 #endif
 
-/* The functions kr_has_... return 1 if the processor supports the instruction set. They test single
- * features, because some compilers do not know processor levels such as x86-64-v4. */
+/* kr_has_base returns 1. kr_has_avx2 and kr_has_avx512 return 1 if the processor supports the set,
+ * else 0; they test single features, because some compilers do not know levels like x86-64-v4. */
 static inline int kr_has_base(void) { return 1; }
 #if defined KR_WITH_AVX2 || defined KR_WITH_AVX512
 static inline int kr_has_avx2(void)

@@ -1,10 +1,10 @@
 /* SIMD vectors of doubles. Each lane is computed independently, for a different top or a different
- * time. With or without KR_FUSED (isa.h), a lane is bitwise the same for all numbers of lanes. The
- * type `wide` has as many lanes as a vector of the instruction set: 8 for AVX-512, 4 for AVX2, 2
- * for SSE2 and NEON, but 1 in plain C99 or if KR_ONE_LANE is defined. The operators + - * / and
- * unary - apply to values of type `wide`; one operand may be a double. A `mask` has one Boolean
- * value per lane. wide_fma(a, b, c) returns a * b + c, with one rounding if KR_FUSED is defined,
- * else with two. This header is compiled once for each instruction set. */
+ * time. The bits of a lane depend on whether KR_FUSED (isa.h) is defined, but not on the number of
+ * lanes. The type `wide` has as many lanes as a vector of the instruction set: 8 for AVX-512, 4 for
+ * AVX2, 2 for SSE2 and NEON, but 1 in plain C99 or if KR_ONE_LANE is defined. The operators + - * /
+ * and unary - apply to values of type `wide`; one operand of + - * / may be a double. A `mask` has
+ * one Boolean value per lane. wide_fma(a, b, c) returns a * b + c, with one rounding if KR_FUSED is
+ * defined, else with two. This header is compiled once for each instruction set. */
 #ifndef KR_SIMD_H
 #define KR_SIMD_H
 #include <stdint.h>

@@ -33,8 +33,8 @@ static inline split_vec split_sum(double x[][3], int n)
     while (sum.count > 1 && v_largest(v_of(sum.part[sum.count - 1])) == 0.0) sum.count--;
     return sum;
 }
-/* Multiplies component `from_component` of v by a * b. Writes 4 * v->count doubles, whose sum is
- * the exact product, to terms[0][to_component], terms[1][to_component], ... */
+/* Computes the product of a, b and component `from_component` of v exactly, as the sum of n doubles
+ * terms[i][to_component] for 0 <= i < n. Here, n = 4 * v->count. */
 static inline void split_product(double a, double b, const split_vec *v, int from_component,
                                  double terms[][3], int to_component)
 {

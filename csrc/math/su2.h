@@ -135,8 +135,8 @@ static inline kr_quat q_tilt(kr_vec3 a)
     if (a.z < -0.5) return q_mul(q_tilt(v3(-a.x, -a.y, -a.z)), q4(0.0, v3(1.0, 0.0, 0.0)));
     return q_unit(q4(1.0 + a.z, v3(-a.y, a.x, 0.0)));
 }
-/* Returns a unit quaternion q that rotates e1, e2, e3 to the right-handed orthonormal set n, b, t,
- * by normalizing the computed multiple 4 c q of q. Here, c is the component of q with the largest
+/* Returns a unit quaternion q that rotates e1, e2, e3 to the right-handed orthonormal set n, b, t.
+ * First computes 4 c q, and then normalizes it. Here, c is the component of q with the largest
  * magnitude, because a small c could cause cancellation (Shepperd 1978). */
 static inline kr_quat q_of_frame(kr_vec3 n, kr_vec3 b, kr_vec3 t)
 {

@@ -3,9 +3,9 @@
 #define KR_WIDE_FUNCTIONS_H
 #include "simd.h"
 
-/* Writes the sine and cosine of x, for |x| < 2^51. The polynomials of trig.h give those of y, the
- * difference between x and the nearest multiple n pi/2. The low two bits of n, also those of u = n
- * + 1.5 * 2^52, tell whether to swap the two, and their signs. */
+/* Writes the sine and cosine of x, for |x| < 2^51. Let n pi/2 be the multiple of pi/2 nearest to x.
+ * The polynomials of trig.h give the sine and cosine of y = x - n pi/2. They are swapped if n is
+ * odd. Their signs depend on n mod 4, the low two bits of n and of u = n + 1.5 * 2^52. */
 INLINE void wide_sin_cos(wide x, wide *sine, wide *cosine)
 {
     const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),
@@ -57,8 +57,8 @@ INLINE wide wide_log(wide x)
     return wide_fma(exponent, wide_splat(LN_2), sum);
 }
 /* Returns the natural logarithm of x, computed without a division. Its absolute error of at most
- * 1e-8 is small enough for Lyapunov exponents. With m = wide_split_exponent(x) - 1, a polynomial
- * interpolates ln(1 + m) / m at Chebyshev nodes of the range of m. Requires x > 0 and normal. */
+ * 1e-8 is small enough for Lyapunov exponents. Here, m is one less than in wide_split_exponent. A
+ * polynomial interpolates ln(1 + m) / m at Chebyshev nodes. Requires that x > 0 is normal. */
 INLINE wide wide_approx_log(wide x)
 {
     static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,

@@ -2,14 +2,14 @@
  * unit vector in space), the momentum m and u = <a,e3>, a step of size h consists of constant
  * rotations about e3 and a (model/map_rates.h), and of the following map with another step size e:
  *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
- * Here, I1 is the moment normal to a, Cay(v) the rotation whose quaternion is parallel to (1, v/2),
- * and V' the derivative of a modified potential (bobenko_suris4_state). The method is explicit and
- * integrable, and needs one kick per step. It conserves the vertical and axial momenta and a
- * modified energy (kr_state_modified_energy). The step size e and the rotations are computed only
- * once, from the initial state. They depend on the orbit, so each step conserves the symplectic
- * form only up to O(h^7). A step size h is refused if 2 h^2 |K| or h^2 * mass * |gravity| * |com|
- * exceeds 1, in units with I1 = 1, because e might not exist. Here, K is the invariant of the map
- * in model/map_rates.h. */
+ * Here, a', m' and u' are new values, but V' = dV/du for a modified potential V
+ * (bobenko_suris4_state). I1 is the moment normal to a, and Cay(v) the rotation whose quaternion is
+ * parallel to (1, v/2). The method is explicit and integrable, and needs one kick per step. It
+ * conserves the vertical and axial momenta and a modified energy (kr_state_modified_energy). The
+ * step size e and the rotations are computed only once, from the initial state. They depend on the
+ * orbit, so each step conserves the symplectic form only up to O(h^7). A step size h is refused if
+ * 2 h^2 |K| or h^2 * mass * |gravity| * |com| exceeds 1, in units with I1 = 1, because e might not
+ * exist. K is the invariant of the map in model/map_rates.h. */
 #include "bobenko_suris.h"
 #include "model/map_rates.h"
 

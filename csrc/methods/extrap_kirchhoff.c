@@ -1,11 +1,11 @@
 /* Extrapolation with order and step-size control (extrapolation.h), applied to Kirchhoff's
  * equations in the body frame (Bodack 2008, 3.4) and to the equations for the other two space axes:
  *     M' = M x W + E3 x L,   E1' = E1 x U,   E2' = E2 x U,   E3' = E3 x U,   U = W - S
- * with the momentum M, the angular velocity W in the inertial frame, the lever L (method.h), the
- * axes E1, E2, E3 of space, which turn with the support, and the angular velocity S of the support.
- * W is J^-1 (M - R), with the inertia J and the momentum R of the rotor. All vectors have
- * components along the body axes; y = (M, E1, E2, E3). The method `extrap` also integrates twelve
- * equations, so the two formulations can be compared. The integrals of motion are not conserved. */
+ * with the momentum M, the angular velocity W = J^-1 (M - R) in the inertial frame, the inertia J,
+ * the momentum R of the rotor, L from find_effective_lever (method.h), the axes E1, E2, E3 of
+ * space, which turn with the support, and its angular velocity S. Vectors have components along the
+ * body axes; y = (M, E1, E2, E3). The method `extrap` also integrates twelve equations, so the two
+ * formulations can be compared. The integrals of motion are not conserved. */
 #include "extrapolation.h"
 
 static kr_vec3 rotate_to_space(const double y[GBS_SIZE], kr_vec3 v)

@@ -5,9 +5,9 @@
  * approximations:
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
  * A step is accepted at row j of the table T if the scaled norm (gbs_scaled_distance) of T(j,j) -
- * T(j,j-1) is at most tol (Bodack 2008, 4.1.1). The target row of the next step, at which its size
- * should be accepted, is the row with the least work per unit time. The rules and constants of the
- * step-size control follow ODEX (Hairer, Norsett, Wanner, II.9). No integrals are conserved. */
+ * T(j,j-1) is at most tol (Bodack 2008, 4.1.1). Each step has a target row, at which it is expected
+ * to be accepted: the row with the least expected work per unit of time. The rules and constants of
+ * the step-size control follow ODEX (Hairer, Norsett, Wanner, II.9). No integrals are conserved. */
 #ifndef KR_EXTRAPOLATION_H
 #define KR_EXTRAPOLATION_H
 #include <float.h>

@@ -25,8 +25,8 @@ typedef struct {
     kr_vec3 residual; /* J V - (M - R) */
 } midpoint_trial;
 
-/* Returns the members of midpoint_trial (residual J V - (M - R)) for the angular velocity V. M and
- * P are the momentum and the vertical at the beginning of the step, in the body frame. */
+/* Returns all members of midpoint_trial for the angular velocity V. The arguments M and P are the
+ * momentum and the vertical at the beginning of the step; the members M and P, at the midpoint. */
 static midpoint_trial evaluate_midpoint_residual(const kr_motion *motion, kr_vec3 M, kr_vec3 P,
                                                  kr_vec3 V)
 {

@@ -5,9 +5,9 @@
  *     m += h e3 x q L q*,   L = A + k A x J^-1 N,   N = P x A,   k = -h^2/12
  * with the torque N. It is the kick of a modified potential: the potential <A,P> minus h^2/24 <N,
  * J^-1 N>. A step (half kick, drift, half kick) is conjugate to a method of order 4. The
- * conjugating map, called the processor, is the flow of the Hamiltonian G = k d<A,P>/dt over one
- * unit of time:
- *     angular velocity in the body frame: -k J^-1 N,   dm/dt = q (k P x (W x A)) q*
+ * conjugating map, called the processor, is the flow of the Hamiltonian G = k d<A,P>/dt from s = 0
+ * to s = 1, where s is not the time t of the motion:
+ *     angular velocity (per s) in the body frame: -k J^-1 N,   dm/ds = q (k P x (W x A)) q*
  * The flow is integrated by the implicit midpoint rule: the map for -k is then the inverse of the
  * map for k (Takahashi and Imada 1984; Rowlands 1991). The processor is applied when a state is
  * read, and its inverse when a state is set; the steps in between do not need it. The modified kick

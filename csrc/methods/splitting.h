@@ -86,8 +86,8 @@ static inline void splitting_kick(splitting *s, const kr_motion *motion, double 
     splitting_add_impulse(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
 }
 
-/* The momentum m in the body frame, and r = p - 1, where the quaternion p is the product of the
- * rotations since the beginning of the drift. Turning the body turns m oppositely in its frame. */
+/* A rotation of the body by the quaternion p = 1 + r since the beginning of the drift, from the
+ * attitude q to q p, and the momentum m along the axes of the body after this rotation. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;

@@ -105,9 +105,9 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
                v_largest(v_cross(v_unit(b->com), v_unit(b->rotor))) <= rtol;
     return largest_off_axis_component(b->rotor, axis) <= rtol * v_largest(b->rotor);
 }
-/* Returns the kind of the body. An axial rotor changes neither KR_KIND_EULER nor KR_KIND_LAGRANGE:
- * with the momentum h and the moment I3 about the symmetry axis, it only adds the rate -h / I3 to
- * the spin. Else, a rotor turns KR_KIND_EULER into KR_KIND_GYROSTAT, and others into _GENERAL. */
+/* Returns the kind of a body. A rotor that is not axial turns KR_KIND_EULER into KR_KIND_GYROSTAT.
+ * An axial rotor changes neither this kind nor KR_KIND_LAGRANGE: it only adds -h / I3 (momentum h,
+ * moment I3 about the axis) to the spin. In all other cases, a rotor gives KR_KIND_GENERAL. */
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const kr_kind kind = find_kind_without_rotor(b, rtol);
@@ -169,8 +169,8 @@ kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
 {
     const int is_even = damping.x == damping.y && damping.y == damping.z;
     /* With equal damping about all axes, the third working axis (body.h) of a spherical body is
-     * along com if com != 0 and any rotor is parallel to com, else along rotor or -rotor, whichever
-     * has a component >= 0 along principal axis 3, else (no com, no rotor) a principal axis. */
+     * along com != 0 if the rotor is zero or parallel to com. Any other rotor gives the axis: rotor
+     * or -rotor, with a component >= 0 along principal axis 3. Without both, it is this axis 3. */
     const int is_about_com = v_largest(b->com) > 0.0 && kr_body_is_rotor_axial(b, KR_KIND_RTOL);
     const kr_vec3 last_axis = is_about_com || !kr_body_has_rotor(b)
                                   ? b->com
@@ -252,9 +252,9 @@ static int is_axis_through_com(const kr_body *b, int axis)
     return largest_off_axis_component(b->com, axis) * (fabs(J.z - J.x) / fmax(J.z, J.x)) <=
            KR_KIND_RTOL * v_largest(b->com);
 }
-/* Returns the principal axes of b; com is in the frame of description. Asymmetric: b->axes. If the
- * symmetry axis passes through the centre of mass (up to rounding errors), it becomes the third
- * axis, along com or -com if com != 0. Else: the axes nearest to the frame of description. */
+/* Returns principal axes of b: if no two moments are equal, b->axes; if all are, the frame of
+ * description, in which `com` is given; else the axes nearest to it, except that a symmetry axis
+ * through the centre of mass becomes the third one, along com or -com if com != 0. */
 static kr_quat choose_principal_axes(const kr_body *b, kr_vec3 com)
 {
     const int axis = find_symmetry_axis(b, KR_KIND_RTOL);

@@ -1,6 +1,6 @@
-/* Working axes of a body: the principal axes in the order that the integration methods require. The
- * third one is the axis of the moment that differs from the other two (of a spherical body: along
- * com or rotor). If all moments differ, the second is the axis of the intermediate moment. */
+/* Working axes of a body: the principal axes in the order that the integration methods require. If
+ * all moments differ, the second is the axis of the middle one; if one differs, the third is its
+ * axis; if all are equal, the third is along kr_body.com or kr_body.rotor, unless both are 0. */
 #ifndef KR_BODY_H
 #define KR_BODY_H
 #include "math/su2.h"
@@ -24,7 +24,7 @@ int kr_body_last_axis(const kr_body *body);
 kr_working kr_body_principal(const kr_body *body, kr_vec3 damping);
 static inline int kr_body_has_rotor(const kr_body *body) { return v_largest(body->rotor) > 0.0; }
 /* Returns 1 if the body has no rotor, or is symmetric about the rotor up to the relative tolerance
- * rtol. The rotor of a spherical body must be parallel to the vector `com`, unless com = 0. */
+ * rtol. If the body is spherical, returns 1 if com = 0, or if rotor and com are parallel. */
 int kr_body_is_rotor_axial(const kr_body *body, double rtol);
 /* Returns the apex as components along the principal axes: the unit vector from the fixed point to
  * the centre of mass, or the third axis (0, 0, 1) if these points coincide. */

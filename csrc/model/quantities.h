@@ -52,7 +52,7 @@ double kr_friction_torque(const kr_scene *scene, kr_vec3 M, kr_vec3 O, kr_vec3 g
 #undef Q
 
 /* A component of a quantity, such as one coordinate of a vector. Event functions identify it by the
- * number 1 + KR_AXES * quantity + axis, and the constant term by KR_COMPONENT_ONE = 0. */
+ * number 1 + KR_AXES * quantity + axis. The number KR_COMPONENT_ONE = 0 means the constant 1. */
 typedef struct kr_component {
     int quantity, axis; /* KR_QUANTITY_...; index of the double, from 0 */
 } kr_component;

@@ -105,8 +105,8 @@ static kr_vec3 find_horizontal_apex_direction(const quantity_point *at, double *
     return v3(apex->x / *length, apex->y / *length, 0.0);
 }
 /* If the Euler angles change, their frame rotates by turn = dprecession * e3 + dnutation * n +
- * dspin * apex, where n is horizontal and normal to the apex. With the horizontal direction `along`
- * of the apex, <along, turn> = dspin * length, and turn.z = dprecession + dspin * apex.z. */
+ * dspin * apex, n being horizontal and normal to the apex. find_horizontal_apex_direction returns
+ * `along` and `length`: dspin = <along, turn> / length, dprecession = turn.z - dspin * apex.z. */
 static double tangent_of_precession_angle(const quantity_point *at, const quantity_change *by)
 {
     double length;
@@ -154,8 +154,8 @@ static double tangent_of_potential(const quantity_point *at, const quantity_chan
             v_dot(by->rotor, at->O) + v_dot(h, by->O));
 }
 
-/* The vectors m = momentum / I1 and p = (weight |com| / I1) vertical, along the axes of
- * find_integral_vectors (quantities.c), and their infinitesimal changes dm and dp. */
+/* The members m and p are the vectors of find_integral_vectors (quantities.c), momentum / I1 and
+ * vertical * weight |com| / I1. dm and dp are their changes (not dm of the opening comment). */
 typedef struct integral_vectors {
     kr_vec3 m, p, dm, dp;
 } integral_vectors;
@@ -208,9 +208,9 @@ static double tangent_of_goryachev_chaplygin(const quantity_point *at, const qua
     return f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }
-/* Adds J^-1 (torque * a), the effect of dry friction about the apex a, to *acceleration. Returns
- * the derivative of the sum, given that of alpha, the old *acceleration. If friction keeps the spin
- * at zero, torque = -<alpha, a> / <a, J^-1 a>; else, it is -friction or friction. */
+/* Adds J^-1 (torque * a), the effect of dry friction about the apex a, to alpha = *acceleration.
+ * Given `dacceleration`, the derivative of alpha, returns that of the sum. If friction keeps the
+ * spin at zero, torque = -<alpha, a> / <a, J^-1 a>; else, it is -friction or friction. */
 static kr_vec3 add_friction_to_acceleration(const quantity_point *at, const quantity_change *by,
                                             kr_vec3 *acceleration, kr_vec3 dacceleration)
 {

@@ -4,14 +4,14 @@
  * tangent `g` is a single tangent or a batch, and the path is the motion of the top. Both headers
  * define four types. A `triple` holds the three components of a vector of a tangent. A `path_term`
  * gives a Taylor coefficient of W or P of the path. A `turned` is a `triple` prepared for a product
- * with a `path_term`. For a `turned` a and a `path_term` b, `halves` holds next(a) * prev(b) and
- * prev(a) * next(b) (taylor.h), or a sum of each. The first minus the second is a x b, or its sum.
- * Constants (AT_ONCE, BLOCK, BEFORE, CHAINS, STRUCTS): see deviation_single.h. */
+ * with a `path_term`. A `halves` holds two sums over pairs of a `turned` a and a `path_term` b: of
+ * next(a) * prev(b), and of prev(a) * next(b) (taylor.h). The first sum minus the second is the sum
+ * of a x b. Constants (AT_ONCE, BLOCK, BEFORE, CHAINS, STRUCTS): see deviation_single.h. */
 #include "tangents.h"
 
 /* Taylor coefficients, prepared for products. w[BEFORE + n] and p[BEFORE + n] are W_n and P_n of
- * the path (taylor.h), and 0 for n < 0: a block of BLOCK terms can exceed the end of a sum.
- * turn[n], push[n] and cross[n] belong to theta, N (tangents.h) and c x theta of a tangent. */
+ * the path (taylor.h), and 0 for n < 0, because the last block of BLOCK terms of a sum can reach
+ * n < 0. turn[n], push[n], cross[n]: n-th coefficients of theta, N (tangents.h) and c x theta. */
 typedef struct {
     path_term w[KR_TAYLOR_MAX + BEFORE], p[KR_TAYLOR_MAX + BEFORE];
 } turned_path;
@@ -57,7 +57,7 @@ INLINE void add_products(deviation_sums *a, const turned_path *path, const turne
     a->cross = halves_fma(d->cross[j], path->p[BEFORE + m], a->cross);
 }
 /* Computes the Taylor coefficients of order n + 1 of the tangent g, and stores them in g and d. `a`
- * contains the terms of the Cauchy products with even j, and `b` those with odd j. */
+ * and `b` contain the terms of the sums over j (deviation_sums) with even j and with odd j. */
 INLINE void set_next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *d, int n,
                                const deviation_sums *a, const deviation_sums *b)
 {

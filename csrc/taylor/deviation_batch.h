@@ -1,8 +1,8 @@
 /* Implements the types and operations of deviation.h for batches of eight tangents. Each lane of a
  * SIMD vector holds one tangent. A `triple` consists of three vectors, one for each axis, so cyclic
  * permutations take no time. A `turned` is the `triple` itself. A `path_term` is a pointer to a
- * coefficient. The terms of a Cauchy product with even j are summed before those with odd j
- * (CHAINS = 1), because there are too few vector registers to sum both at once. */
+ * coefficient. The terms of deviation_sums (deviation.h) with even j are summed before those with
+ * odd j (CHAINS = 1), because there are too few vector registers to sum both at once. */
 #include "tangents.h"
 
 enum {

@@ -61,9 +61,9 @@ TAIL(30)
 const kr_tail KR_NAME(kr_tail)[KR_DEPTHS] = {{expand_20, sum_20}, {expand_30, sum_30}};
 
 /* For n = 0, ..., N, adds to c[n] the n-th coefficient of the product of two power series with the
- * coefficients a and b. N + 1 is the least multiple of eight that exceeds `order`. b[-7] to b[-1]
- * must be 0, and a and b must end with zeros up to a[N] and b[N]. The products with a[j] for even
- * and for odd j are summed in two parallel chains. */
+ * coefficients a and b. N + 1 is the least multiple of eight that exceeds `order`. The elements
+ * b[-7] to b[-1], a[order + 1] to a[N] and b[order + 1] to b[N] must be 0. The products with a[j]
+ * for even and for odd j are summed in two parallel chains. */
 void KR_NAME(kr_product)(const double *a, const double *b, int order, double *c)
 {
     for (int n = 0; n <= order; n += 8) {

@@ -49,8 +49,8 @@ static const kr_support_ops *find_support_ops(const kr_motion *motion)
     return kr_support_is_needed(motion->scene) ? kr_method_taylor.supports : NULL;
 }
 /* Returns `rate` for the initial angular velocity W: a power of two that exceeds bounds on |W| and
- * on the rates of damping, rotor, support and (if `is_held` is 0) friction. The bound on |W|^2 is
- * ((initial kinetic energy) + 2 |c|) * 2 / (least moment of inertia), where c is motion->lever: the
+ * on the rates of damping, rotor, support and friction (0 if friction holds the top: `is_held`).
+ * The bound on |W|^2 is (<W, A W> + 4 |c|) / (least moment of inertia), with c = motion->lever: the
  * potential energy <c, P> changes by at most 2 |c|, and damping does not increase the energy. */
 static double choose_series_rate(const kr_motion *motion, kr_vec3 W, int is_held)
 {

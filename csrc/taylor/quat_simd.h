@@ -185,9 +185,9 @@ INLINE double scalar_fma(double a, double b, double c) { return a * b + c; }
 #endif
 
 /* duo_splat_lane returns w[lane] in all SIMD lanes. duo_scale multiplies the lanes of `a` by eight
- * doubles. duo_span and quad_span return *to - *from, and duo_reciprocal and quad_reciprocal 1 / n,
- * in all lanes. copy_number copies *from to *to. In quat_simd_dd.h, these pointers and `w` point to
- * high words, which have low words. The doubles `exact` have no low words. */
+ * doubles. In all lanes, duo_span and quad_span return *to - *from, and duo_reciprocal and
+ * quad_reciprocal return 1 / n. copy_number copies *from to *to. In quat_simd_dd.h, `w`, `from` and
+ * `to` point to the high words of double-doubles, but `exact` points to doubles. */
 INLINE duo duo_splat_lane(const double *w, int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }

@@ -52,8 +52,8 @@ enum {
 typedef struct {
     duo ahead, behind;
 } turned_vector;
-/* turned[n]: `w` contains the permutations of W_n. With TURNS, `u` is (next | prev) of U_n. `fixed`
- * is (prev | next) of O_n with TURNS, or of P_n with HEADLESS (these flags are never combined). */
+/* In turned[n], `w` holds next and prev of W_n. With TURNS, `u` is (next(U_n) | prev(U_n)). `fixed`
+ * is (prev(b) | next(b)), where b is O_n with TURNS, or P_n with HEADLESS (never both flags). */
 typedef struct {
     turned_vector w;
     duo u, fixed;
@@ -234,9 +234,9 @@ INLINE quad sum_vertical_products(const kr_series *s, int n)
         sum = quad_fma(quad_yzx(quad_load(s->x[j] + 4)), quad_zxy(quad_load(s->x[n - j] + 4)), sum);
     return sum;
 }
-/* Stores `w` as W_n in s->w[n], U_n = W_n - O_n in own->w[n], where O_n is `o` (0 if `turns` is 0),
- * and in turned[n] the permutations of W_n and, with `turns`, of U_n and O_n. If the top slides,
- * sets lane 0 of W_n to the coefficient of the spin, unless `w` already has it (`is_known`). */
+/* Stores W_n (`w`) in s->w[n], U_n = W_n - O_n in own->w[n], and permutations (turned_term) in
+ * turned[n]. O_n is `o` if `turns` is nonzero, and 0 otherwise. If the top slides, sets lane 0 of
+ * W_n to the n-th coefficient of the spin, unless lane 0 of `w` already has it (`is_known`). */
 INLINE void set_coefficients_of_W_and_U(kr_series *s, kr_series *own, turned_term *turned, int n,
                                         quad w, quad o, int turns, int is_known)
 {
@@ -340,11 +340,11 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
     return step < longest ? step : longest;
 }
 
-/* Returns the step size at which products of two Taylor terms of order about head / 2 have the
- * magnitude 2^log2_size, which stand for all products in the sums of order `head`. The later terms
- * are computed in double precision from such sums. If the products nearly cancel, the sums are
- * small, but contain the rounding errors of the large products. A step size based only on the last
- * Taylor term would then be too large. */
+/* Returns the step size at which a product of two Taylor terms of orders near head / 2, typical of
+ * the products in the sums of order `head`, is 2^log2_size. The terms after `head` are computed in
+ * double precision from sums of products. If the products nearly cancel, the sums are small, but
+ * contain the rounding errors of the large products. A step size based only on the last Taylor term
+ * would then be too large. */
 INLINE double step_size_for_product_size(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);

@@ -44,9 +44,9 @@ const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
     return isa;
 }
 
-/* Sets s->shift, the terms of the rotor (taylor.h), for the unit of time 1 / rate. They contain the
- * divisor s->k[i], which is 0 if two moments of inertia are equal. For each i with rotor terms,
- * first sets s->k[i] to KR_LEAST_FACTOR if |s->k[i]| is smaller. */
+/* Sets s->shift, the terms of the rotor (taylor.h), for the unit of time 1 / rate. Those of
+ * axis i = 1, 2, 3 are divided by s->k[i], which is 0 if the moments of inertia of the other two
+ * axes are equal. If these terms exist, sets s->k[i] to KR_LEAST_FACTOR if |s->k[i]| is smaller. */
 static void set_rotor_terms(kr_series s[2], const kr_motion *motion, double rate)
 {
     const vec_dd moments = motion->body->inertia,

@@ -2,20 +2,20 @@
  * vertical, c the lever arm, h the momentum of a rotor, and W the angular velocity of the top, all
  * along the principal axes (taylor.h). O is the angular velocity of the support, U = W - O that of
  * the top relative to the support, and G the effective gravity (series.h). On a support at rest,
- * U = W and G = 1. Let damping about an axis be much faster than all other effects. After a
- * transient that decays as exp(-D t / A), the damping torque about this axis balances all other
- * torques: the motion stays on a slow manifold (Fenichel 1979). About this axis, the n-th Taylor
- * coefficients then satisfy
+ * U = W and G = 1. The unit of time of the series is 1 / p->rate (kr_taylor). Let damping about an
+ * axis be much faster than all other effects. After a transient that decays as exp(-D t / A), the
+ * damping torque about this axis balances all other torques: the motion stays on a slow manifold
+ * (Fenichel 1979). Without dry friction, the n-th Taylor coefficients about this axis satisfy
  *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1}
  * This equation is solved by iteration (slow_terms.h). The rotor torque h x W is on the left side,
  * because it is linear in W and may exceed the damping torque. The attitude, P, and the angular
- * velocities about weakly damped axes are expanded by the explicit recurrence of taylor.h. If used
- * for all axes, that recurrence would limit steps to about one damping time A / D, because the
- * problem is stiff. On the manifold, steps are much longer. Before the motion reaches the manifold,
- * steps are computed by that recurrence, with an absolute tolerance: the relative one times a bound
- * on the angular velocity (log2_transient_tolerance, log2_absolute_tolerance). Below, u_i is the
- * component of U along v_i, and d_i its damping rate (slow_directions.h). The directions v_i are
- * the principal axes or, while dry friction holds the top, perpendicular to the apex. */
+ * velocities about weakly damped axes are expanded by the explicit recurrence of taylor.h. For all
+ * axes, it would limit steps to about one damping time A / D (the problem is stiff). On the
+ * manifold, steps are much longer. Before the motion reaches the manifold, steps are computed by
+ * that recurrence, with an absolute tolerance: the relative one times a bound on the angular
+ * velocity (log2_transient_tolerance, log2_absolute_tolerance). The component of U along v_i is
+ * u_i, its damping rate d_i (slow_directions.h). The v_i are the principal axes or, while dry
+ * friction holds the top, perpendicular to the apex (kreisel.h). */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
@@ -48,8 +48,8 @@ enum {
 /* Angular velocities below TINY_VELOCITY, in the units of the series, are treated as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
-/* The velocity that multiplies the relative tolerance (find_error_scale) is at least NEGLIGIBLE
- * times the largest bound or component of W, and ROUNDED times velocities subtracted from W. */
+/* Lower limits of find_error_scale: NEGLIGIBLE times the largest bound or component of W; ROUNDED
+ * times that of O or, while friction holds the top, that of W without its strongly damped part. */
 #define NEGLIGIBLE 0x1p-64
 #define ROUNDED 0.25
 /* Rounding error of the difference between two doubles, relative to the larger of them. */
@@ -132,8 +132,8 @@ static double find_error_scale(const kr_taylor *p, const slow_directions *slow, 
     return fmax(least, TINY_VELOCITY);
 }
 /* Returns the velocity that divides distances from the slow manifold: `error_scale`
- * (find_error_scale). If a step with the larger set of directions `strong` has failed, at least the
- * error scale of that set, because it set the tolerance of earlier steps. */
+ * (find_error_scale). If a step with a larger set of directions, `strong`, has failed: at least the
+ * error scale of `strong`, on which the tolerance of earlier steps depends. */
 static double find_manifold_distance_scale(const kr_taylor *p, double error_scale,
                                            const slow_directions *strong)
 {
@@ -186,8 +186,8 @@ static double log2_norm(const kr_series *s, int n)
     for (int i = 0; i < 4; i++) size = fmax(size, fabs(s->w[n][i]));
     return size > 0.0 ? log2(size) : -LOG2_AT_REST;
 }
-/* Returns log2 of the largest step size h for which h^n times the coefficients of the orders n - 1
- * and n (log2_norm) is at most 2^log2_tol. In even or odd series, one of the two is zero. */
+/* Returns log2 of the step size h for which h^n times the largest coefficient (log2_norm) of orders
+ * n - 1 and n is at most 2^log2_tol. In even or odd series, one order has only zeros. */
 static double log2_step_size(const kr_series *s, int n, double log2_tol)
 {
     return fmin((log2_tol - log2_norm(s, n)) / n, (log2_tol - log2_norm(s, n - 1)) / n);
@@ -199,9 +199,9 @@ static double log2_absolute_tolerance(const kr_taylor *p, const slow_directions 
 }
 
 /* Ends the step where the last Taylor terms are 2^log2_tol, and evaluates the series there. The
- * step is at most (order / 6) / slow->fall in internal units, where `fall` is a rate. With more
- * than 16 digits, terms after the index `head` are evaluated in double precision; the step is short
- * enough that they are at most 2^(log2_tol + 52). */
+ * step is at most order / (6 slow->fall) in internal units: `fall` is the largest rate of falling
+ * over or shaking. With more than 16 digits, terms after the index `head` are evaluated in double
+ * precision; the step is short enough that they are at most 2^(log2_tol + 52). */
 static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                                   const slow_directions *slow, double log2_tol)
 {
@@ -220,10 +220,10 @@ static void end_step_by_tolerance(kr_taylor *p, const kr_motion *motion, const k
     kr_taylor_end_at(s, kernel);
     if (slow->supports) slow->supports->place(s, motion, p->rate);
 }
-/* Returns 0 if an expansion on the slow manifold is not worth trying: if the estimated distance of
- * a strongly damped u_i from it, |u_i'| / d_i (rotor: times slow->gain), exceeds `near` times
- * find_manifold_distance_scale, the rounding error of u_i, and bound[i] / 4. If `is_settled` is 1,
- * a quarter of |u_i| on it is accepted, too. */
+/* Returns 0 if an expansion on the slow manifold is not worth trying: if a strongly damped u_i
+ * differs from its estimated value there by more than bound[i] / 4, its rounding error, `near`
+ * times find_manifold_distance_scale and, if `is_settled` is 1, 1/4 of the component of W along v_i
+ * there. The estimated difference is the sum over the strong u_k of slow->gain[i][k] u_k' / d_k. */
 static int may_be_near_manifold(const kr_taylor *p, const slow_directions *slow,
                                 const slow_directions *strong, double near, int is_settled)
 {
@@ -388,9 +388,9 @@ int kr_slow_is_possible(const kr_motion *motion, double until)
 #define SMALL_TORQUE 0.0025
 #define CERTAIN 0.98
 /* Let tau be the time counted backward, U the angular velocity relative to the support, A the
- * moments of inertia, `most` the largest of them, and y^2 = <U, A U>. Damping increases y: dy/dtau
- * >= `growth` * y - `loss`, where `loss` bounds the effect of all other torques. As |U| is at least
- * y / sqrt(most), this bounds the integral of |U| from below. Tests if the bound exceeds 2^53. */
+ * moments of inertia, `most` the largest, y^2 = <U, A U>. Due to damping, dy/dtau >= `growth` * y -
+ * `loss`, where `loss` bounds the effect of other torques. As |U| >= y / sqrt(most), the integral
+ * of |U| up to `until` has a lower bound. Returns 1 if it exceeds 2^53. */
 int kr_slow_drives_apart(const kr_motion *motion, double until)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -405,10 +405,10 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     if (!(growth > 0.0 && y > 0.0)) return 0;
     return y / sqrt(most) * (exp(growth * fabs(until - motion->clock)) - 1.0) > 0x1p53 * growth;
 }
-/* Backward in time, damping makes the magnitude L of the angular momentum grow. If the damping D is
- * the same about all axes and no other torque acts, the relative growth rate D <W, A W> / L^2 does
- * not decrease backward in time. Small additional torques hardly change this rate. Hence L grows at
- * least exponentially, with the initial rate. Returns 1 if |W| exceeds `limit` by `until`. */
+/* Backward in time, damping makes the magnitude L of the angular momentum grow. If D is the same
+ * about all axes and no other torque acts, the growth rate D <W, A W> / L^2 of log L does not
+ * decrease. Small torques hardly change it. So L grows at least exponentially, with the initial
+ * rate. Returns 1 if |W|, in the units of the series, exceeds `limit` before the time `until`. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until)
 {
     const kr_taylor *p = taylor_of(motion);

@@ -1,15 +1,15 @@
 /* The directions v_i about which damping may be strong, and the choice of the strongly damped ones.
  * All vectors have components along the principal axes. A are the moments of inertia, D the damping
  * coefficients, W the angular velocity of the top, h the momentum of a rotor, P the vertical, c the
- * lever arm, a the apex (taylor.h), O the angular velocity of the support, and G the effective
- * gravity (series.h). The v_i are orthogonal with respect to both A and D, and 1 <= |v_i| < 2. With
- * U = W - O = u_0 v_0 + u_1 v_1 + ...,
+ * lever arm (taylor.h), O the angular velocity of the support, G the effective gravity, and the
+ * unit vector a the apex (series.h); the a_i are numbers. The v_i are orthogonal with respect to
+ * both A and D, and 1 <= |v_i| < 2. U = W - O is the sum of the two or three u_i v_i:
  *     u_i' = <A v_i, X - O'> / a_i - d_i u_i,   a_i = <v_i, A v_i>,   d_i = <v_i, D v_i> / a_i,
  *     A X = (AW + h) x W + G P x c
  * X is the angular acceleration without damping. While the top slides with dry friction, A X also
  * contains the friction torque. In general, the v_i are the principal axes. While friction holds
- * the top, U and the two v_i are perpendicular to a. The friction torque, <a, A (W' - X) + D U>, is
- * then along a, and does not change the u_i. */
+ * the top, U and the two v_i are perpendicular to a. The friction torque is then along a, with the
+ * component <a, A (W' - X) + D U>, and does not change the u_i. */
 
 /* The directions v_i, and a set of strongly damped ones. Rates are in internal units (method.h). */
 typedef struct slow_directions {
@@ -130,8 +130,8 @@ static void set_rotor_gain(slow_directions *slow)
         }
     invert_matrix(m, slow->gain);
 }
-/* Returns the largest rate, over weakly damped u_i and all u_k, at which a rotor couples both. C =
- * slow->couple: sqrt|C_ik C_ki| for a weakly damped u_k, |C_ik C_ki| / d_k for a strong one. */
+/* Returns the largest rate, over weakly damped u_i and all u_k, at which a rotor couples both. With
+ * C = slow->couple, it is sqrt|C_ik C_ki| if u_k is weakly damped, else |C_ik C_ki| / d_k. */
 static double bound_rotor_rate(const slow_directions *slow)
 {
     double most = 0.0;

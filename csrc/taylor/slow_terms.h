@@ -279,9 +279,9 @@ static int REAL(is_on_manifold)(const REAL(terms) * s, const kr_series from[2],
 /* Expands the motion on the slow manifold about the end of the last step, and writes the
  * coefficients to p->series. Iterates update_coefficients until the change is at most `noise` times
  * the largest of find_error_scale and bound[i] (bound_damped_velocities). Returns 0 and leaves p
- * unchanged if there is no convergence or is_on_manifold (arguments `near` and `strong`) fails,
- * else 1. After 0, `wait` estimates the time to reach the manifold, in the units of the series.
- * `friction` is the maximum friction torque if friction holds the top, else unused. */
+ * unchanged if there is no convergence or is_on_manifold returns 0 (find_manifold_distance_scale
+ * uses `strong`), else 1. After 0, `wait` is the estimated time to the manifold in the units of the
+ * series. `friction` is the maximum friction torque while friction holds the top, else unused. */
 static int REAL(expand_on_manifold)(kr_taylor *p, const slow_directions *slow,
                                     const slow_directions *strong, int order, double near,
                                     double noise, double friction, double *wait)

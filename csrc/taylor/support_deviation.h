@@ -14,8 +14,8 @@
  *     AW + h      `momentum`; D U `dragged`                f  `torque`: the friction torque
  *     K           `gradient`: the gravity gradient         K A P  `steep`
  *     B of A, F of D, y of h, E of O, d of a, g of f, L of K A: derivatives by the parameter
- *     k, b        with KR_TIMING_STRENGTH (method.h), the acceleration along -e3 and the derivative
- *                 of mass * com; otherwise, the derivative of the acceleration, and mass * com
+ *     k, b        with KR_TIMING_STRENGTH (method.h), k is effective gravity, b the derivative of
+ *                 mass * com; otherwise, k is the derivative of effective gravity, and b mass * com
  * While friction holds the top, g is chosen such that the spin <U, a> of the perturbed motion
  * remains zero. `real` and `real_vec` are the types of numbers and vectors (math/real.h). Arrays
  * hold Taylor coefficients; the n-th one of a product is a sum over j + m = n. */

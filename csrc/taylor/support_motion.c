@@ -60,9 +60,9 @@ static void set_sliding_or_hold(kr_taylor *p, const kr_motion *motion, double to
     p->sliding = fabs(torque_ratio) <= 1.0 ? 0.0 : along;
 }
 /* Returns the threshold, in the units of the series, below which the initial spin counts as zero:
- * NEGLIGIBLE_SPIN or, above 16 digits, NEGLIGIBLE_SPIN_DEEP. It is smaller if damping makes the
- * unit 1 / p->rate much shorter than the time scale of the motion, but never below rounding errors.
- * */
+ * NEGLIGIBLE_SPIN or, above 16 digits, NEGLIGIBLE_SPIN_DEEP. If damping makes the unit of time
+ * 1 / p->rate much shorter than the time scale of the motion, the threshold is lower than these,
+ * but never below rounding errors. */
 static double initial_spin_threshold(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -196,11 +196,11 @@ static int is_sliding_impossible(const kr_taylor *p, const kr_motion *motion)
                  noise = OPPOSED_ACCELERATION * (1.0 + v_largest(v_of(s->drag + 1)));
     return p->sliding != 0.0 && (motion->step < 0.0 ? -gain : gain) < -noise;
 }
-/* Sets p->sliding and p->before_hold at the end of a step that ends with a switch. `value`, that of
- * the friction variable, is 0 if the spin has vanished, and 1 or -1 if friction can no longer hold
- * the top. If, at large tolerances, the top would be accelerated against the new direction of
- * sliding, p->sliding becomes 0, to avoid a next step of length zero. This test is omitted on the
- * slow manifold (`is_slow`), where the acceleration is too inaccurate. */
+/* Sets p->sliding and, if the spin has vanished, p->before_hold (taylor.h) where a step ends with a
+ * switch. `value` is the friction variable there: 0 if the spin has vanished, 1 or -1 if friction
+ * can no longer hold the top. If, at large tolerances, the top would be accelerated against the new
+ * direction of sliding, p->sliding becomes 0, to avoid a step of length zero; not tested on the
+ * slow manifold (`is_slow`), where accelerations are inaccurate. */
 static void update_friction_mode(kr_taylor *p, const kr_motion *motion, int order, double value,
                                  int is_slow)
 {

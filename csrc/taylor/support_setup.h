@@ -13,8 +13,8 @@ static inline int kr_support_is_needed(const kr_scene *scene)
 {
     return scene && kr_scene_has_support_terms(scene);
 }
-/* Returns an approximate upper bound, in internal units, on the largest of: rates of the support;
- * angular speed reached from W; sqrt(friction torque / inertia), unless is_held. */
+/* Returns an approximate upper bound, in internal units, on the rates of the support, the angular
+ * speed that the top can reach from W and, if is_held is 0, sqrt(friction torque / inertia). */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
 /* Sets the constants in `s` that describe the support and the friction. Returns the lever arm c of
  * the equations in series.h, in internal units. */
@@ -67,8 +67,8 @@ typedef struct kr_support_ops {
     void (*start)(const kr_motion *motion);
     /* Computes the next step, at most until the spin vanishes or friction cannot hold the top. */
     kr_status (*step)(kr_motion *motion, const kr_kernel *kernel);
-    /* Writes to x and w the derivatives of q and P, and of W, by time in the units of the series,
-     * at the end of the last step, with the friction mode of the last step. */
+    /* Writes derivatives by time, in the units of the series, at the end of the last step, with the
+     * friction mode of this step: of (q | P) to x, and of (0, W) to w (kr_series in taylor.h). */
     void (*slopes)(const kr_motion *motion, double x[8], double w[4]);
     /* Returns 1 if the friction torque jumps at the end of the last step, and then writes the
      * `factor` of jump_tangents. Before the first step, it is NaN if a top without spin begins to

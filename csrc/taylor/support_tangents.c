@@ -6,10 +6,10 @@
 
 enum { TERMS = KR_TAYLOR_MAX + 1 /* coefficients of a series */ };
 
-/* Writes the constants `scale` in k = scale[0] + scale[1] cos u + scale[2] sin u + scale[3] t sin
- * u, where u is the phase of the shaking, and t is counted from the time `since`, in units of 1 /
- * rate. k is the acceleration along -e3, or its derivative by gravity, amplitude, rate or phase of
- * the shaking, as selected by `timing` (kr_timing, method.h). */
+/* Writes the constants `scale` in k = scale[0] + scale[1] cos u + scale[2] sin u + scale[3] t
+ * sin u, where u is the phase of the shaking, and t is counted from `since` (unit of both:
+ * 1 / rate). As `timing` selects (kr_timing, method.h), k is the effective gravity g(t), in the
+ * user's units, or its derivative by gravity or by amplitude, rate or phase of the shaking. */
 static void set_timing_constants(const kr_motion *motion, double rate, dd since, double timing,
                                  dd scale[4])
 {

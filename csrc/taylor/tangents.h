@@ -5,19 +5,19 @@
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W
  *     N' = N x W + (c x theta) x P + P x b + (D W) x theta - D (theta' - theta x W) - F W
  * A are the moments of inertia, D the damping coefficients, W the angular velocity, P the vertical,
- * c the lever arm, and h the momentum of a rotor (taylor.h). B, b, F and y are the derivatives of
- * A, c, D and h by the parameter of the tangent. Friction, gravity gradients and moving supports
- * add terms (support_deviation.h). The equations are linear in theta and N. An order needs 18 sums
- * of products: 6 for theta x W, (AW) x theta and (D W) x theta, 6 for N x W, 6 for (c x theta) x P.
- * If energy and vertical momentum are conserved, their changes are constant up to the tolerance. */
+ * c the lever arm, and h the momentum of a rotor (taylor.h). B, b, F and y are derivatives of A, c,
+ * D and h by the parameter. Friction, gravity gradients and moving supports add terms
+ * (support_deviation.h). The equations are linear in theta and N. An order needs 18 product sums: 6
+ * for N x W, 6 for (c x theta) x P, 6 shared by theta x W, AW x theta and D W x theta. If energy
+ * and vertical momentum are conserved, their changes are constant up to the tolerance. */
 #ifndef KR_TANGENTS_H
 #define KR_TANGENTS_H
 #include "taylor.h"
 
 /* Eight Taylor series about the time t, the beginning of a step or substep. They describe a single
- * tangent, stored as (0, theta | 0, N), or one of the six components of (theta, N) of each of eight
- * tangents. Such a batch occupies six structs, and tangent i has the index i in each array. With
- * more than 16 digits, a struct of low words follows each struct of high words. */
+ * tangent, stored as (0, theta | 0, N), or component k of (theta, N) of each tangent in a batch of
+ * eight. A batch occupies six structs, one for each k; arrays of 8 have the index i for tangent i.
+ * With more than 16 digits, a struct of low words follows each struct of high words. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */
@@ -35,8 +35,8 @@ typedef struct kr_tangent {
     double truncation;              /* largest relative truncation error so far */
     double rotor_of[8];             /* (0, y); in a batch component k of each y, for k < 3 */
     double rotor_changes;           /* nonzero if y is not zero */
-    /* For single tangents only: `pull` is (0, b), with b of support_deviation.h. `turning_of` is
-     * the derivative of O along e1, e2, e3. `timing` is the kr_timing that selects k. */
+    /* For single tangents only: `pull` is (0, b); the kr_timing `timing` selects k
+     * (support_deviation.h). `turning_of` is (0, derivative of O), in the frame e1, e2, e3. */
     double pull[4], turning_of[4], timing;
     double apex_of[4], friction_of; /* the derivatives of the apex, (0, d), and of the friction */
     double gradient_of;             /* the derivative of the gravity gradient */

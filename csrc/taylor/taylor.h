@@ -20,11 +20,11 @@
 #include "method.h"
 #include "math/isa.h"
 
-/* Indices of Taylor terms, for d = 20 and 30 digits (measurements: docs/theory/taylor.md).
- * KR_LAST_d is the last term. The terms 0 to KR_HEAD_d are computed in double-double precision, the
- * later ones in double precision, as sums of products of earlier terms. A step is so short that
- * these products are at most 2^KR_LESS_d times the tolerance, 2^-70 or 2^-100. The rounding errors
- * of the products, 2^-53 times as large, are at most 2^-65 = 3e-20 (d = 20) and 2^-101 (d = 30). */
+/* Constants for d = 20 and 30 digits (measured: docs/theory/taylor.md). The terms 0 to KR_HEAD_d
+ * of a Taylor series are computed in double-double precision, the later ones up to KR_LAST_d in
+ * double precision, as sums of products of earlier terms. A step is so short that the products are
+ * at most 2^KR_LESS_d times the tolerance (2^-70 for d = 20; by default 2^-100 for d = 30). Their
+ * rounding errors, 2^-53 times as large, are at most 2^-65 = 3e-20 (d = 20) and 2^-101 (d = 30). */
 #define KR_HEAD_20 8
 #define KR_LAST_20 28
 #define KR_HEAD_30 20
@@ -35,10 +35,10 @@ enum { KR_TAYLOR_MAX = KR_LAST_30 };
 /* Replaces smaller |k| (kr_series) by which rotor terms are divided; negligible at 30 digits. */
 #define KR_LEAST_FACTOR 0x1p-120
 
-/* Taylor series of one step, from the time t to the time `end` (unit: kr_taylor.rate). Access is
- * fastest if the struct is aligned to 64 bytes. At 20 and 30 digits, two adjacent structs hold the
- * high and the low words of the double-double numbers. A vector of eight lanes, (q | P), holds the
- * attitude q and the pure quaternion P. With vectors of eight lanes, P takes no extra time:
+/* Taylor series of one step, from the time t to the time `end` (unit of time: 1 / kr_taylor.rate).
+ * Access is fastest if the struct is aligned to 64 bytes. At 20 and 30 digits, two adjacent structs
+ * hold the high and the low words of the double-double numbers. A vector of eight lanes, (q | P),
+ * holds the attitude q and the pure quaternion P. With eight-lane vectors, P takes no extra time:
  * q u and P x u permute components in the same way for u = i, j, k (with other signs, and zeros).
  * If skip_heading (kreisel.h) is set, q is not computed, but zero. */
 typedef struct kr_series {
@@ -49,16 +49,16 @@ typedef struct kr_series {
     double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic permutations */
     double drag[4];              /* -Dx / Ax; and cyclic permutations */
     /* The terms of the rotor. shift[1] = -hz / (Ay - Az) is added to the x component of prev(W_0),
-     * and shift[5] = hy / (Ay - Az) to the x component of next(W_0); and cyclic permutations. If
-     * this component of h is 0, the element is -0, because x + -0 equals x, even for x = -0. */
+     * and shift[5] = hy / (Ay - Az) to the x component of next(W_0); and cyclic permutations. An
+     * element whose component of h is 0 is -0, because a + -0 equals a, even for a = -0. */
     double shift[8];
     double t, end, at;
     double linear; /* linear terms in W: 0 none; 1 drag; 2 drag and those of series.h */
     double fall;   /* a deviation from an equilibrium grows by at most a factor e in this time */
     /* Support motion and friction (series.h) at the end of the last step, where the next begins:
-     * `turn` is the angular velocity O of the support, and `rub` is the acceleration by sliding
-     * friction. G is sway[3] + sway[0], where sway[0] and sway[1] are b cos(phase) and b sin(phase)
-     * for the phase of the support's oscillation, sway[2] its derivative, and b = sway_most. */
+     * `turn` is the angular velocity O of the support, `rub` the contribution of sliding friction
+     * to W'. G is sway[3] + sway[0]. sway[0] and sway[1] are sway_most times cosine and sine of
+     * the phase of the support's oscillation. sway[2] is the time derivative of the phase. */
     double turn[4], sway[4], rub[4];
     /* the apex (kreisel.h); (apex / A) / r with r = <apex / A, apex>; 1 / (r * friction) */
     double apex[4], yield[4], per_grip;

@@ -33,9 +33,9 @@ static double make_cuboid_of_mass(const kr_body *body, double mass, kr_box *box)
 }
 /* Writes to `box` a cuboid with the inertia and the product mass * com of the body. Its mass is
  * chosen for density 1 or, if no such mass is found, for the largest volume. First, ternary search
- * finds the mass of the largest volume, whose logarithm is a concave function of 1 / mass. Then,
- * bisection finds density 1 among larger masses, because the density increases with the mass. The
- * bisection begins at a mass smaller by a factor 1.001, because ternary search is approximate. */
+ * finds the mass M of the largest volume: ln(volume) is a concave function of 1 / mass. Then,
+ * bisection finds density 1 among masses above M, where the density increases with the mass. The
+ * bisection begins at the mass M / 1.001, because ternary search is approximate. */
 static void find_cuboid_with_free_mass(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
@@ -64,9 +64,9 @@ kr_box kr_mesh_box(const kr_body *body)
     return box;
 }
 
-/* Returns the angular velocity of a frame in which the top never gains energy: `turning` for the
- * frame of the support, where damping and friction dissipate energy; or 0 for the inertial frame,
- * if there is no damping and friction, and the weight is constant in this frame or 0. */
+/* Returns the angular velocity of a frame in which the top never gains energy: 0 (inertial frame)
+ * if damping and friction are 0, and `weight` is 0 or the support does not rotate or rotates about
+ * e3, so that e3 is constant in the inertial frame; else scene->turning (frame of the support). */
 static kr_vec3 find_frame_without_energy_gain(const kr_scene *scene, double weight)
 {
     const kr_vec3 turning = scene->turning;

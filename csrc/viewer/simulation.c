@@ -82,8 +82,8 @@ static void clear_incomplete_row(kr_simulation *simulation)
         for (int k = 0; k < KR_SIMULATION_MEASURES; k++)
             row->at[i][k] = row->low[i][k] = row->high[i][k] = NAN;
 }
-/* Doubles `stride` and halves the even number `rows`: merges rows 2k - 1 and 2k into row k, with
- * the time of row 2k, for k = 1, 2, ... The last row 2k is the incomplete row, at index `rows`. */
+/* Doubles `stride`, and merges rows 2k - 1 and 2k into row k, with the time of row 2k, for k = 1 to
+ * rows / 2. Then halves `rows`, the even number of complete rows: row `rows` is incomplete. */
 static void merge_record_rows_in_pairs(kr_simulation *simulation)
 {
     for (int64_t k = 1; 2 * k <= simulation->rows; k++) {

@@ -80,9 +80,9 @@ EXPORT(const char *, kr_page_kind, (const kr_body *body))
     return kr_kind_name(kr_body_kind(body, KR_KIND_RTOL));
 }
 
-/* Returns six numbers for a symmetric top: smallest and largest nutation angle [rad], critical spin
- * [T^-1], mean rate of precession [T^-1], period of the nutation [T], and spin [T^-1]. Rate and
- * period are NaN if unknown or infinite. Returns NULL if kr_exact_nutation fails. */
+/* Returns six numbers for a symmetric top (T: unit of time): least and greatest nutation angle
+ * [rad], critical spin and mean rate of precession [T^-1], period of nutation [T], spin [T^-1].
+ * An unknown rate or period or an infinite period is NaN. NULL if kr_exact_nutation fails. */
 EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 {
     kr_nutation nutation;
