@@ -596,8 +596,8 @@ typedef struct kr_tops {
     kr_state *states;     /* [n][times]; NaN after the first `done`; may be NULL */
     double *reduced;      /* [n][reductions]; NaN for a failed top; may be NULL */
     kr_outcome *outcomes; /* [n] */
-    /* Growth indicators, [n][times][KR_GROWTH_COUNT], NaN after outcomes[i].done; may be NULL.
-     * `direction`: [6], initial tangent of all tops, as in kr_top_tangents; NULL: fixed default. */
+    /* Growth indicators, [n][times][KR_GROWTH_COUNT], NaN after the first `done` ones; may be NULL.
+     * `direction`: initial tangent, like a column of kr_top_tangents; NULL: a fixed default. */
     double *growth;
     const double *direction;
 } kr_tops;

@@ -88,9 +88,9 @@ typedef struct kr_step_polynomial {
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* The factor that depends on time in the derivative of the torque by a parameter, at a fixed
- * attitude. NONE: no such factor. STRENGTH: g(t) = gravity - A r^2 cos(r t + phase) (kreisel.h).
- * UNIFORM: 1. AMPLITUDE, RATE and PHASE: the derivative of g(t) by A, by r and by phase. */
+/* The function of time k in the derivative of the lever by a parameter. NONE: the lever does not
+ * depend on it. STRENGTH: k = g(t) = gravity - A r^2 cos(r t + phase) (kreisel.h). UNIFORM: k = 1.
+ * AMPLITUDE, RATE, PHASE: k is the derivative of g(t) by A, r or phase. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,
@@ -169,8 +169,8 @@ struct kr_method {
     void (*read)(const kr_motion *motion, kr_state *s);
     /* Writes the attitude and momentum at the time `clock`, in the last step. NULL: not dense. */
     void (*at)(kr_motion *motion, double clock, kr_state *s);
-    /* Like `at` for n times, but faster, and beyond the last step too (closed form). The caller
-     * must advance the motion afterwards. May be NULL. */
+    /* A faster `at` for n times, even beyond the last step (closed forms). The motion is unchanged:
+     * the caller advances it. May be NULL. */
     void (*at_times)(const kr_motion *motion, size_t n, const double clock[], kr_state out[]);
     /* Returns the Taylor polynomials of the last step. May be NULL. */
     kr_step_polynomial (*polynomial)(const kr_motion *motion);

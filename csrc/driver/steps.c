@@ -51,7 +51,7 @@ static void restore_saved_motion(kr_top *top)
     top->steps = top->saved_steps;
     schedule_inspection(top);
 }
-static kr_status step_main_motion(kr_top *top, double until)
+static kr_status step_main_motion_once(kr_top *top, double until)
 {
     const kr_status status = top->method->step(&top->main, until);
     if (status == KR_OK) top->steps++;
@@ -64,12 +64,12 @@ kr_status kr_steps_recover(kr_top *top)
     int64_t good = top->saved_steps;
     restore_saved_motion(top);
     while (top->steps < failed && status == KR_OK) {
-        status = step_main_motion(top, 0.0); /* fixed-step methods ignore `until` */
+        status = step_main_motion_once(top, 0.0); /* fixed-step methods ignore `until` */
         if (status == KR_OK && !is_main_motion_valid(top)) status = KR_ERR_NOT_FINITE;
         if (status == KR_OK) good = top->steps;
     }
     restore_saved_motion(top);
-    while (top->steps < good) step_main_motion(top, 0.0);
+    while (top->steps < good) step_main_motion_once(top, 0.0);
     return status == KR_OK ? KR_ERR_NOT_FINITE : status;
 }
 int kr_steps_poll(kr_top *top) { return top->config.poll && top->config.poll(top->config.context); }
@@ -96,7 +96,7 @@ kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state)
         const kr_status status =
             top->steps >= top->inspect_at ? save_valid_main_and_poll(top) : KR_OK;
         if (status != KR_OK) return status;
-        if (step_main_motion(top, 0.0) != KR_OK) return kr_steps_recover(top);
+        if (step_main_motion_once(top, 0.0) != KR_OK) return kr_steps_recover(top);
     }
     top->method->read(&top->main, state);
     return KR_OK;
@@ -108,7 +108,7 @@ kr_status kr_steps_adaptive(kr_top *top)
     const double clock = top->main.clock;
     kr_state before = {0};
     top->method->read(&top->main, &before);
-    status = step_main_motion(top, top->forward * INFINITY);
+    status = step_main_motion_once(top, top->forward * INFINITY);
     if (status == KR_OK && !is_main_motion_valid(top)) status = KR_ERR_NOT_FINITE;
     if (status == KR_OK) {
         top->before = before;
@@ -126,7 +126,7 @@ kr_status kr_steps_dense(kr_top *top, double until)
     }
     if (status != KR_OK) return status;
     const double clock = top->main.clock;
-    status = step_main_motion(top, until);
+    status = step_main_motion_once(top, until);
     if (status != KR_OK) return status;
     top->before_clock = clock;
     return kr_tangents_advance(top);

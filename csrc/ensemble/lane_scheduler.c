@@ -293,8 +293,8 @@ static int find_free_lane(const kr_worker *worker)
     while (lane < *worker->isa->lanes && worker->busy >> lane & 1) lane++;
     return lane;
 }
-/* Returns 1 if top i, which is in worker->fallback, may be strongly damped (taylor/slow.h) in some
- * step between the initial time and the last requested time or, in a section, infinity. */
+/* Returns 1 if top i (in worker->fallback) may be strongly damped (taylor/slow.h) in a step before
+ * the last requested time or, if worker->is_section, in any step. */
 static int may_be_strongly_damped(const kr_worker *worker, size_t i)
 {
     const kr_top *top = worker->fallback;

@@ -314,7 +314,7 @@ APART void compute_and_empty_queue(const kr_exact_request *request, batch_queue 
     for (int lane = w->count; lane < groups * LANES; lane++)
         for (int i = 0; i < NUMBERS; i++) w->in[i][lane] = w->in[i][0];
     for (int i = 0; i < groups; i++) convert_and_prepare_group((group){w, i * LANES}, &s[i]);
-    set_up_moving_tops(s, groups);
+    set_up_tops_with_moving_axis(s, groups);
     for (int i = 0; i < groups; i++)
         write_group_or_single_tops(request, (group){w, i * LANES}, &s[i]);
     w->count = w->turned[0] = w->turned[1] = 0;

@@ -77,9 +77,9 @@ static kr_refusal find_branch_points(chaplygin_curve *o)
 }
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* Sets up the arc between the real roots o->order[low] and o->order[low + 1], with its members A,
- * B, C, a and b. At complex x, u equals the next real root below or above these two, cyclically. C
- * keeps such x as far from the real axis as possible, so that series in x converge fast. */
+/* Sets up the arc between the real roots o->order[low] and o->order[low + 1]: A, B, C, a and b of
+ * chaplygin_arc. At certain complex x, u reaches the next real root on either side, cyclically. C
+ * puts these x as far from the real axis as possible: series in x converge fast. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
@@ -270,10 +270,10 @@ static void fill_cosines_at_nodes(chaplygin_work *w)
                          &w->wave_at_node[k][i]);
         }
 }
-/* Writes to `out` the Chebyshev coefficients in a cell of (x - alpha)/2 [turns], then those of the
- * periodic part of t. `at` moves through the nodes, in descending order of alpha if `is_falling` is
- * 1. Returns the largest magnitude of the last two coefficients of both functions. Those of t are
- * first divided by the largest sample of the periodic part or, if larger, by arc->q. */
+/* Writes to `out` the Chebyshev coefficients of (x - alpha)/2 [turns], then of the periodic part of
+ * t, on a cell (kr_chaplygin_arc). `at` is moved to each node, in descending order of alpha if
+ * `is_falling` is 1. Returns the largest magnitude of the last two coefficients of both functions,
+ * those of t relative to the largest sample or, if larger, to arc->q. */
 static double fit_cell_series(const chaplygin_work *w, const chaplygin_arc *arc,
                               const kr_chaplygin_arc *e, int cell, int is_falling, arc_place *at,
                               double out[])

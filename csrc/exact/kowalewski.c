@@ -497,8 +497,8 @@ static void set_sine_series_of_arc(kowalewski_arc arc[2], int j, dd det, const c
     for (int i = 0; i < 3; i++) integrate_to_sines(v->v[i], table, arc[j].points, arc[j].sine[i]);
 }
 /* Computes averages and sine series of both arcs, and the rates [rad per unit of time] of theta1,
- * theta2 and the heading without factors for poles (set_heading_poles). Uses `table` and `v` as
- * memory. Returns 0 if an average does not converge or det (set_sine_series_of_arc) <= 0. */
+ * theta2 and the heading minus its pole terms (set_heading_poles). `table` and `v` are work memory.
+ * Returns 0 if an average does not converge or det (set_sine_series_of_arc) <= 0. */
 static int set_series_and_rates(const kowalewski_curve *o, kowalewski_arc arc[2],
                                 cosine_table *table, samples v[2], dd rate[3])
 {
@@ -677,8 +677,8 @@ static double estimate_frequency_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the least find_root_distance of two branch points. Where close_roots.apply is 1, the
- * difference is accurate, and close_roots.resolution counts instead of the distance. */
+/* Returns the least find_root_distance of two branch points. For a pair with close_roots.apply = 1,
+ * close_roots.resolution limits the accuracy and replaces the distance. */
 static double find_least_root_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
@@ -734,7 +734,7 @@ static void fill_plan_arc(const kowalewski_arc *from, kr_kowalewski_arc *to)
     }
 }
 /* Writes the values `one` and `two` of a function at e1 and e2 as a struct pair (kowalewski.h). */
-static void store_values_at_root_pair(const kowalewski_curve *o, cdd one, cdd two, double out[2])
+static void store_values_as_pair(const kowalewski_curve *o, cdd one, cdd two, double out[2])
 {
     out[0] = one.re.hi;
     out[1] = o->pair ? one.im.hi : two.re.hi;
@@ -757,10 +757,10 @@ static void fill_koetter_constants(const kowalewski_curve *o, kr_kowalewski_plan
     plan->l = o->l.hi, plan->c = o->c.hi, plan->k = o->k.hi;
     plan->pair = o->pair;
     plan->A0 = A[0].re.hi, plan->B0 = B[0].re.hi;
-    store_values_at_root_pair(o, A[1], A[2], plan->A);
-    store_values_at_root_pair(o, B[1], B[2], plan->B);
-    store_values_at_root_pair(o, cdd_mul(A[1], A[1]), cdd_mul(A[2], A[2]), plan->A_square);
-    store_values_at_root_pair(o, cdd_mul(B[1], B[1]), cdd_mul(B[2], B[2]), plan->B_square);
+    store_values_as_pair(o, A[1], A[2], plan->A);
+    store_values_as_pair(o, B[1], B[2], plan->B);
+    store_values_as_pair(o, cdd_mul(A[1], A[1]), cdd_mul(A[2], A[2]), plan->A_square);
+    store_values_as_pair(o, cdd_mul(B[1], B[1]), cdd_mul(B[2], B[2]), plan->B_square);
     /* The sum of the roots is -h, and A^2 = 2 (e + h). */
     plan->sum = -0.5 * square.hi;
     plan->apart = o->pair ? 2.0 * o->root[2].hi : dd_sub(o->root[1], o->root[2]).hi;

@@ -595,8 +595,8 @@ INLINE dual find_second_difference(const kr_kowalewski_plan *plan, dual f0, dual
     return dual_scale(plan->one_product, dual_sub(dual_sub(f0, dual_scale(0.5, sum)),
                                                   dual_scale(plan->middle, first)));
 }
-/* The values F0, F1 and F2, at e0, e1 and e2, of Koetter's constant A or B, here called F (not
- * F(w)): `F` holds F1 and F2, `square` their squares, and slope = (F1^2 - F2^2)/(e1 - e2). */
+/* Koetter's three constants A or B, one for each root e0, e1, e2, here called F0, F1, F2 (not
+ * F(w)). `F` holds F1 and F2, `square` their squares; slope = (F1^2 - F2^2)/(e1 - e2). */
 typedef struct koetter_terms {
     pair F, square;
     double F0, slope;

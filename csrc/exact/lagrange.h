@@ -575,7 +575,7 @@ static void set_phases_and_mean_rates(lagrange_setup *s)
 /* Computes the closed forms of n tops in internal units, after set_initial_quantities for each top.
  * s[i].top.lever must be positive, and the axis must not stay vertical. Each stage is completed for
  * all tops before the next: the code of all stages does not fit into the first-level cache. */
-INLINE void set_up_moving_tops(lagrange_setup s[], int n)
+INLINE void set_up_tops_with_moving_axis(lagrange_setup s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = find_turning_point_distances(&s[i].start);
     for (int i = 0; i < n; i++)

@@ -454,7 +454,7 @@ static kr_exact_form make_lagrange_form(const exact_top *top, dd half_turn)
         set_up_steady_form(&s.exact, round_to_unit_quaternion(s.top.q), dd_add(half, s.half_spin),
                            dd_sub(half, s.half_spin));
     } else
-        set_up_moving_tops(&s, 1);
+        set_up_tops_with_moving_axis(&s, 1);
     if (below) {
         undo_exchange_up_and_down(&s.exact);
         set_up_down_map(s.exact.frame);

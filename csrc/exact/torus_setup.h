@@ -77,7 +77,7 @@ static void start_cosine_table(cosine_table *t)
     t->c[GRID] = dd_of(-1.0);
 }
 /* Fills the cosine table at all multiples of `stride`, which is a power of two. */
-static void refine_cosine_table(cosine_table *t, int stride)
+static void fill_cosine_table_to_stride(cosine_table *t, int stride)
 {
     while (t->stride > stride) {
         const int s = t->stride /= 2;
@@ -167,7 +167,7 @@ static int average_functions(sample_function *function, const void *arc, int cou
     for (int n = 1; n <= GRID; n *= 2) {
         const int stride = GRID / n, first = n > 1 ? stride : 0, step = n > 1 ? 2 * stride : GRID;
         int settled = n >= 16;
-        refine_cosine_table(table, stride);
+        fill_cosine_table_to_stride(table, stride);
         for (int i = first; i <= GRID; i += step) {
             const double weight = i == 0 || i == GRID ? 0.5 : 1.0;
             dd now[3];

@@ -52,8 +52,8 @@ enum {
 typedef struct {
     duo ahead, behind;
 } turned_vector;
-/* In turned[n], `w` holds next and prev of W_n. With TURNS, `u` is (next(U_n) | prev(U_n)). `fixed`
- * is (prev(b) | next(b)), where b is O_n with TURNS, or P_n with HEADLESS (never both flags). */
+/* Order n: `w` permutes W_n. With the flag TURNS, `u` is (next(U_n) | prev(U_n)) and `fixed`
+ * (prev(O_n) | next(O_n)). With HEADLESS (never with TURNS), `fixed` is (prev(P_n) | next(P_n)). */
 typedef struct {
     turned_vector w;
     duo u, fixed;
@@ -113,9 +113,9 @@ INLINE void add_products(series_sums *a, const kr_series *s, const kr_series *ow
     if (terms & TURNS) a->support = duo_fma(u, turned[m].fixed, a->support);
     if (terms & SHAKES) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
-/* Adds the products with the indices (j, m) to `a`, and those with (m, j) to `b`. For the member
- * `cross`, adds both to `a` instead: next(W_j) * prev(W_m) to the first half of a->cross, and
- * next(W_m) * prev(W_j) to the second half. */
+/* Adds the products with the indices (j, m) to `a`, and those with (m, j) to `b`, except those of
+ * `cross`: a->cross receives next(W_j) * prev(W_m) (taylor.h) in its first half, and next(W_m) *
+ * prev(W_j) in its second. */
 INLINE void add_product_pair(series_sums *a, series_sums *b, const kr_series *s,
                              const kr_series *own, const turned_term *turned, int j, int m,
                              int terms)
@@ -424,7 +424,7 @@ APART void expand_with_gravity_gradient(kr_series *s, int from, int order)
 {
     expand_with_terms(s, from, order, SUPPORT | TURNS | GRADIENT);
 }
-APART void expand_support_without_heading(kr_series *s, int from, int order)
+APART void expand_headless_with_support(kr_series *s, int from, int order)
 {
     if (s->gradient != 0.0)
         expand_with_terms(s, from, order, SUPPORT | GRADIENT | HEADLESS);
@@ -434,7 +434,7 @@ APART void expand_support_without_heading(kr_series *s, int from, int order)
 INLINE void expand_with_support(kr_series *s, int from, int order, int terms)
 {
     if (terms & HEADLESS)
-        expand_support_without_heading(s, from, order);
+        expand_headless_with_support(s, from, order);
     else if (s->gradient != 0.0)
         expand_with_gravity_gradient(s, from, order);
     else if (s->turns == 0.0)

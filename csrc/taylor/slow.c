@@ -39,7 +39,7 @@ enum {
     ROWS = 24,
     SWEEPS = 64
 };
-/* Index of the first row of U (U_OF), of the u_i (U_ROW) and of G P (GP_OF). Equal quantities share
+/* First row of U (U_OF), the u_i (U_ROW) and G P (GP_OF) in that table. Equal quantities share
  * rows: u_i = U_i unless friction holds the top, U = W unless the support rotates, and G P = P
  * unless the support shakes. */
 #define U_OF(slow) ((slow)->turns ? ROW_U : ROW_W)

@@ -253,8 +253,8 @@ static void REAL(add_friction_change)(const REAL(moving_path) * p, REAL(moving_d
     d->push[n + 1] = VEC(sub)(d->push[n + 1], VEC(scale)(lost, p->apex));
 }
 /* Returns the n-th coefficient of P x (theta x K A P + K A (P x theta)). */
-static real_vec REAL(find_gradient_torque_by_theta)(const REAL(moving_path) * p,
-                                                    REAL(moving_deviation) * d, int n)
+static real_vec REAL(find_gradient_torque_by_turn)(const REAL(moving_path) * p,
+                                                   REAL(moving_deviation) * d, int n)
 {
     d->tilted[n] = VEC(add)(REAL(cross)(d->turn, p->steep, n),
                             VEC(times)(p->stiffness, REAL(cross)(p->vertical, d->turn, n)));
@@ -270,7 +270,7 @@ static void REAL(set_next_tangent_terms)(const REAL(moving_path) * p, REAL(movin
                    pushed = VEC(sub)(REAL(cross)(d->push, p->velocity, n), d->push_loss[n]),
                    dragged = REAL(cross)(p->dragged, d->turn, n);
     real_vec pulled = REAL(cross)(d->cross, p->pulled, n);
-    if (has_gradient) pulled = VEC(add)(pulled, REAL(find_gradient_torque_by_theta)(p, d, n));
+    if (has_gradient) pulled = VEC(add)(pulled, REAL(find_gradient_torque_by_turn)(p, d, n));
     d->turn[n + 1] = VEC(scale)(share, rate);
     d->push[n + 1] = VEC(scale)(
         share, VEC(sub)(VEC(add)(pushed, pulled), VEC(sub)(VEC(times)(p->D, slipped), dragged)));

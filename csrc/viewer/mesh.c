@@ -65,8 +65,8 @@ kr_box kr_mesh_box(const kr_body *body)
 }
 
 /* Returns the angular velocity of a frame in which the top never gains energy: 0 (inertial frame)
- * if damping and friction are 0, and `weight` is 0 or the support does not rotate or rotates about
- * e3, so that e3 is constant in the inertial frame; else scene->turning (frame of the support). */
+ * if there is no damping or friction, and either `weight` (mass * acceleration * |com|) is 0 or e3
+ * is inertially constant (turning along e3); else scene->turning (the frame of the support). */
 static kr_vec3 find_frame_without_energy_gain(const kr_scene *scene, double weight)
 {
     const kr_vec3 turning = scene->turning;
