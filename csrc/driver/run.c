@@ -160,9 +160,10 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
 {
     const int adaptive = is_adaptive(top);
     kr_status status;
-    if (!isfinite(t)) return KR_ERR_ARGUMENT;
     if (!(fabs(t) < top->horizon))
-        return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
+        return !isfinite(t)                              ? KR_ERR_ARGUMENT
+               : fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP
+                                                         : KR_ERR_RESOLUTION;
     /* Usually, t is the next point of the time grid, and no further checks are needed. */
     if (!adaptive && t == grid_time(top, top->steps + 1)) {
         status = kr_steps_to_grid(top, top->steps + 1, state);

@@ -28,7 +28,7 @@ enum {
     /* Largest number of times per row of the record at which the integrals of the motion, the
      * attitude errors and the modified energies are measured. */
     KR_SIMULATION_SAMPLES = 64,
-    /* The same number for the other quantities, which take longer to measure. */
+    /* Largest number of times for all other quantities, whose measurement takes longer. */
     KR_SIMULATION_FULL_SAMPLES = 32,
     KR_SIMULATION_TICKS = 1000000, /* ticks in a unit of time */
     /* Values of kr_simulation_slot.reference for a top without a reference, and for a top that only
